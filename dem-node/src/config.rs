@@ -46,7 +46,7 @@ use profile::ProfileConfig;
 use sample::SampleConfig;
 use solver::{Algorithm, SolverConfig};
 use stress::StressConfig;
-use wheel::DemWheelConfig;
+use wheel::{DemWheelConfig, FaceKind};
 
 /// Least radius of a round wheel on a layer, in diameters of the largest grain: a smaller wheel falls between the grains.
 const WHEEL_GRAINS: f64 = 2.0;
@@ -281,6 +281,12 @@ impl DemConfig {
             SampleConfig::Layer(layer) => glued = layer.glued,
             SampleConfig::Rail(_) => {}
         }
+        // A smooth wheel lies on glued disks where no grains are left between them.
+        let smooth = self
+            .wheel
+            .as_ref()
+            .is_some_and(|wheel| wheel.face == FaceKind::Flat);
+        let lies_on_rows = |a: &str, b: &str| smooth && a == WHEEL && ROWS.contains(&b);
         let bare = !glued
             && self
                 .sample
@@ -298,9 +304,9 @@ impl DemConfig {
                     "give it friction, rolling, adhesion, healing, restitution, damping or a stiffness, or remove it",
                 ),
                 (
-                    is_fixed(a) && is_fixed(b),
+                    is_fixed(a) && is_fixed(b) && !lies_on_rows(a, b) && !lies_on_rows(b, a),
                     ".between",
-                    "never touch each other: only grains and clusters have contacts, and the entry has no effect",
+                    "never touch each other: only grains and clusters have contacts, and a smooth wheel on glued disks; the entry has no effect",
                     "pair one of them with `grains` or a cluster, or remove the entry",
                 ),
                 (

@@ -123,9 +123,11 @@ impl DemError {
             DemError::Request(_) => Cause::ProtocolViolated,
             DemError::NotAtRest { .. } | DemError::RailNotAtRest { .. } => Cause::SampleNotAtRest,
             DemError::NotJammed { .. } => Cause::SampleNotJammed,
-            DemError::Kernel(KernelError::Denominator { .. } | KernelError::Prescribed { .. }) => {
-                Cause::SlidingNotUnique
-            }
+            DemError::Kernel(
+                KernelError::Denominator { .. }
+                | KernelError::Indefinite { .. }
+                | KernelError::Prescribed { .. },
+            ) => Cause::SlidingNotUnique,
             DemError::NotConverged { .. } | DemError::NotRepaired { .. } => {
                 Cause::ContactNotConverged
             }

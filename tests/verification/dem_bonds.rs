@@ -398,3 +398,65 @@ fn an_accepted_starved_window_leaves_the_bonds_unchanged() {
     let adhesion: Vec<f64> = dem.state().bonds.iter().map(|b| b.adhesion).collect();
     assert_eq!(adhesion, [1.0; 4]);
 }
+
+/// A grain hangs on a bond below the only glued disk, and its weight opens the bond.
+#[test]
+fn a_grain_that_hangs_on_a_glued_disk_has_not_left() {
+    let disks = json!([{"x_m": 0.0, "y_m": 0.0, "radius_m": 1e-3, "glued": true}, {"x_m": 0.0, "y_m": -2e-3, "radius_m": 1e-3}]);
+    let law = json!({"kind": "cohesion", "friction": 0.3, "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": 1.0, "b_pa_m_s": 0.0, "p": 1.0,
+        "h_prime": "one", "alert_m": 1e-6});
+    let sample = json!({"kind": "disks", "disks": disks});
+    let config = scene(law, 1e-6, sample, json!({"gravity_m_per_s2": [0.0, -9.81]}));
+    let mut dem = build(&config);
+    let report = march(&mut dem, 0, 100);
+    assert!(dem.state().centres[0][1] < -2e-3, "the bond is open");
+    assert_eq!(report.signal("lost_grains"), 0.0);
+    let findings = dem.finish().expect("it ends").findings;
+    assert!(findings.iter().all(|f| f.code != "ejected"));
+}
+
+/// Four disks in a row with gaps of 0.3, 0.1 and 0.3 mm: the two in the middle choose each other, the outer ones their only neighbour.
+#[test]
+fn the_order_of_the_disks_does_not_decide_which_bonds_they_lack() {
+    let at = [0.0, 2.3e-3, 4.4e-3, 6.7e-3];
+    for order in [[0, 1, 2, 3], [0, 3, 1, 2], [3, 2, 1, 0]] {
+        let disk = |k: usize| json!({"x_m": at[k], "y_m": 0.0, "radius_m": 1e-3});
+        let sample = json!({"kind": "disks", "disks": order.map(disk)});
+        let law = json!({"kind": "cohesion", "friction": 0.3, "cn_pa_per_m": 1e9, "ct_pa_per_m": 4e8, "w_j_per_m2": 1.0, "b_pa_m_s": 0.0, "p": 1.0,
+            "h_prime": "one", "alert_m": 1e-9, "bonds_min": 1});
+        let dem = build(&scene(law, 1e-6, sample, json!({})));
+        let place = |disk: u32| order[disk as usize];
+        let bonds = dem.state().bonds.iter();
+        let mut pairs: Vec<[usize; 2]> = bonds
+            .map(|bond| {
+                [
+                    place(bond.a).min(place(bond.b)),
+                    place(bond.a).max(place(bond.b)),
+                ]
+            })
+            .collect();
+        pairs.sort_unstable();
+        assert_eq!(pairs, [[0, 1], [1, 2], [2, 3]], "{order:?}");
+    }
+}
+
+/// Grains that lie beside an upright row of glued disks, or along a slope of 60 degrees, have not left it.
+#[test]
+fn grains_on_a_steep_row_have_not_left() {
+    for degrees in [90.0f64, 60.0, -60.0] {
+        let (c, s) = (degrees.to_radians().cos(), degrees.to_radians().sin());
+        let disk = |along: f64, above: f64, glued: bool| json!({"x_m": c * along - s * above, "y_m": s * along + c * above, "radius_m": 1e-3, "glued": glued});
+        let places = [-6e-3, -2e-3, 2e-3, 6e-3];
+        let rows = places.map(|along| [disk(along, 0.0, true), disk(along, 4e-3, false)]);
+        let sample = json!({"kind": "disks", "disks": rows.concat()});
+        let mut dem = build(&scene(
+            json!({"kind": "signorini"}),
+            1e-6,
+            sample,
+            json!({}),
+        ));
+        march(&mut dem, 0, 2);
+        let findings = dem.finish().expect("it ends").findings;
+        assert!(findings.iter().all(|f| f.code != "ejected"), "{degrees}");
+    }
+}

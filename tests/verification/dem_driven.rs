@@ -253,3 +253,36 @@ fn a_rigid_bond_under_a_prescribed_motion_is_refused_with_its_cause() {
         }
     }
 }
+
+/// A disk glued below and a disk above it that moves only sideways: nothing of the motion is along the normal at first, and little of it later. A
+/// damper for the mass along the normal alone would weld the bond, or press with 1e5 N.
+#[test]
+fn a_body_held_along_the_normal_slides_past_its_dampers() {
+    let below = json!({"x_m": 0.0, "y_m": 0.0, "radius_m": R, "glued": true});
+    let above = |x: f64, y: f64| json!({"x_m": x, "y_m": y, "radius_m": R, "cluster": "top"});
+    let held = |law: Value, disks: Value, drive: Value, step: f64| {
+        let clusters = json!([{"name": "top", "drive": drive}]);
+        let sample = json!({"kind": "disks", "disks": disks, "clusters": clusters});
+        build(&scene(law, step, sample, json!({})))
+    };
+    // Three times the strength in shear, sqrt(w Ct) times l = 1e-6 m2.
+    let law = json!({"kind": "cohesion", "friction": 0.3, "cn_pa_per_m": 1e9, "ct_pa_per_m": 4e8, "w_j_per_m2": 1.0, "b_pa_m_s": 0.0, "p": 1.0,
+        "h_prime": "one", "alert_m": 1e-6, "contact_stiffness_pa": 2e6, "tangential_stiffness_ratio": 0.5, "bond_damping_ratio": 0.5});
+    let load = json!([[0.0, 0.0], [0.02, 0.03], [1.0, 0.03]]);
+    let pulled = json!({"damping_n_s_per_m": 0.0, "velocity_m_per_s": ["free", 0.0], "load_table": load, "mass_kg": 1e-3});
+    let disks = json!([below, above(0.0, 2.0 * R)]);
+    let mut dem = held(law, disks, pulled, 2e-5);
+    assert_eq!(march(&mut dem, 0, 2500).signal("bonds"), 0.0);
+    let law = json!({"kind": "coulomb", "friction": 0.0, "contact_stiffness_pa": 1e7, "tangential_stiffness_ratio": 0.5, "damping": 0.3});
+    let far = json!({"x_m": 0.0, "y_m": 8.0 * R, "radius_m": 0.2 * R});
+    let pressed = json!({"velocity_m_per_s": ["free", -0.1]});
+    let mut dem = held(
+        law,
+        json!([below, above(1e-9, 2.2 * R), far]),
+        pressed,
+        1e-5,
+    );
+    let force = march(&mut dem, 0, 300).signal("top_force_y_n");
+    // 0.1 m/s over 3 ms, less the gap of 0.2 R.
+    close("force", force, 1e7 * THICKNESS * 1e-4, 1e-2);
+}

@@ -114,6 +114,31 @@ fn unknown_and_impossible_pairs_are_refused() {
         fixed.contains("law.pairs[0].between: never touch"),
         "{fixed}"
     );
+    // A smooth wheel lies on glued disks; rows and a wheel of disks do not touch.
+    let row = |between: Value, face: &str| {
+        let mut law = coulomb();
+        law["pairs"] = json!([{"between": between, "friction": 0.2}]);
+        let disk = |x: f64, y: f64, glued: bool| json!({"x_m": x, "y_m": y, "radius_m": R, "glued": glued});
+        let disks = json!([
+            disk(0.0, 0.0, true),
+            disk(4.0 * R, 0.0, true),
+            disk(2.0 * R, 0.0, false)
+        ]);
+        let sample = json!({"kind": "disks", "disks": disks});
+        let wheel =
+            json!({"load_n": 1.0, "mass_kg": 1e-3, "ramp_s": 0.0, "hold_s": 1.0, "face": face});
+        let config = scene(law, STEP, sample, json!({"wheel": wheel}));
+        kit::read_config::<dem_node::DemConfig>(&config)
+            .and_then(|config| config.validate())
+            .map_err(|error| error.to_string())
+    };
+    assert_eq!(row(json!(["wheel", "base"]), "flat"), Ok(()));
+    assert_eq!(row(json!(["base", "wheel"]), "flat"), Ok(()));
+    let apart = row(json!(["base", "base"]), "flat").expect_err("no row touches itself");
+    assert!(
+        apart.contains("law.pairs[0].between: never touch"),
+        "{apart}"
+    );
     let springs = json!({"kind": "coulomb", "friction": 0.1, "contact_stiffness_pa": 1e9, "tangential_stiffness_ratio": 0.5});
     for (law, damping) in [(springs, 0.05), (coulomb(), 0.5)] {
         let damped = json!([{"between": ["grains", "rough"], "damping": damping}]);

@@ -161,3 +161,19 @@ fn more_slices_than_a_file_should_hold_are_refused() {
         "{message}"
     );
 }
+
+#[test]
+fn a_profile_without_grains_gives_advice() {
+    let disks = json!([{"x_m": 0.0, "y_m": R, "radius_m": R, "cluster": "top"}]);
+    let drive = json!({"velocity_m_per_s": [0.1, 0.0]});
+    let sample =
+        json!({"kind": "disks", "disks": disks, "clusters": [{"name": "top", "drive": drive}]});
+    let profile = json!({"profile": {"axis": "y", "bins": 4, "every_s": 1e-5}});
+    let mut dem = build(&scene(json!({"kind": "signorini"}), 1e-5, sample, profile));
+    march(&mut dem, 0, 3);
+    let warnings = dem.finish().expect("it ends").warnings;
+    assert!(
+        warnings.iter().any(|w| w.contains("no slice held a grain")),
+        "{warnings:?}"
+    );
+}

@@ -406,3 +406,24 @@ fn impossible_surfaces_are_refused_by_name() {
         assert!(message.contains(key), "{surface}: {message}");
     }
 }
+
+/// Two grains of 0.1 mm, 4 mm apart, below a wheel of 5 mm: between them it sinks through the surface.
+#[test]
+fn a_wheel_that_goes_into_the_surface_gives_a_finding() {
+    let disk = |x: f64| json!({"x_m": x, "y_m": 1e-4, "radius_m": 1e-4});
+    let sink = |x: f64| {
+        let sample = json!({"kind": "disks", "disks": [disk(-x), disk(x)], "surface": {"half_width_m": 8e-3, "spacing_m": 5e-4}});
+        let law = json!({"kind": "coulomb", "friction": 0.3, "contact_stiffness_pa": 1e9, "tangential_stiffness_ratio": 0.5, "damping": 0.3});
+        let wheel = json!({"load_n": 1.0, "mass_kg": 1e-3, "ramp_s": 0.01, "hold_s": 0.002, "radius_m": 5e-3});
+        let mut config = scene(law, 1e-6, sample, json!({"wheel": wheel}));
+        config["solver"]["tolerance"] = json!(1e-8);
+        let mut dem = build(&config);
+        march(&mut dem, 0, 12_000);
+        let findings = dem.finish().expect("it ends").findings;
+        let found = findings.into_iter().find(|f| f.code == "wheel_inside");
+        found.map(|f| (f.value, f.suspect))
+    };
+    let (value, suspect) = sink(2e-3).expect("it goes in");
+    assert!(suspect && (1.9..2.3).contains(&value), "{value}");
+    assert_eq!(sink(2e-4), None);
+}

@@ -341,3 +341,22 @@ fn a_disk_that_meets_a_wall_from_behind_is_suspect() {
         );
     }
 }
+
+/// A wall comes down on a glued disk, and another begins behind it.
+#[test]
+fn a_glued_disk_that_a_wall_passes_gives_a_finding() {
+    let glued = json!({"x_m": 0.0, "y_m": 0.0, "radius_m": R, "glued": true});
+    for (velocity, expected) in [(-0.5, Some(0.5)), (-0.1, None)] {
+        let wall = json!({"x_m": 0.0, "y_m": 2.0 * R, "nx": 0.0, "ny": -1.0, "velocity_m_per_s": [0.0, velocity]});
+        let behind = json!({"x_m": 0.0, "y_m": 0.0, "nx": 1.0, "ny": 0.0});
+        let grain = json!({"x_m": R, "y_m": -1.5 * R, "radius_m": 0.1 * R});
+        let sample = json!({"kind": "disks", "disks": [glued, grain], "walls": [wall, behind]});
+        let law = json!({"kind": "signorini"});
+        let mut dem = build(&scene(law, 1e-5, sample, json!({})));
+        march(&mut dem, 0, 500);
+        let findings = dem.finish().expect("it ends").findings;
+        let found = findings.iter().find(|f| f.code == "glued_behind_wall");
+        let value = found.map(|f| (1e6 * f.value).round() / 1e6);
+        assert_eq!(value, expected, "{velocity}");
+    }
+}

@@ -6,11 +6,13 @@ use kit::vtk::{DatasetKind, VtkFile};
 
 use scenario::error::{Error, Result};
 use scheme::group::{Group, Patch};
+
+use crate::profile::places;
 use scheme::window::InterfaceState;
 
 /// Writes the continuum's nodes of an interface as a line, in the undeformed body and by ascending x. Point data:
 /// displacement_m, as sent to the other side; traction_pa of that side on the continuum in the last window; pressure_pa
-/// and shear_pa, its components as in profile.csv, compression positive.
+/// and shear_pa, its components along the normal and along the surface as in profile.csv, compression positive.
 pub fn write(
     path: &Path,
     group: &Group,
@@ -19,8 +21,8 @@ pub fn write(
     thickness_m: f64,
 ) -> Result<()> {
     let nodes = &group.nodes;
-    let mut order: Vec<usize> = patch.nodes.clone().collect();
-    order.sort_by(|a, b| nodes.x_m[*a].total_cmp(&nodes.x_m[*b]));
+    let places = places(nodes, patch);
+    let order: Vec<usize> = places.iter().map(|place| place.node).collect();
     let lines = order.len().saturating_sub(1);
     let tractions = order.iter().map(|node| {
         let area_m2 = nodes.length_m[*node] * thickness_m;
@@ -47,9 +49,10 @@ pub fn write(
         file.array(DatasetKind::Float64, "displacement_m", moved);
         let vectors = tractions.iter().map(|[x, y]| [*x, *y, 0.0]);
         file.array(DatasetKind::Float64, "traction_pa", vectors);
-        let pressures = tractions.iter().map(|[_, y]| [-patch.outward_y * y]);
+        let faced = || places.iter().zip(&tractions);
+        let pressures = faced().map(|(place, traction)| [place.pressing(*traction)]);
         file.array(DatasetKind::Float64, "pressure_pa", pressures);
-        let shears = tractions.iter().map(|[x, _]| [*x]);
+        let shears = faced().map(|(place, traction)| [place.shearing(*traction)]);
         file.array(DatasetKind::Float64, "shear_pa", shears);
     });
     file.write(path).map_err(Error::output(path.display()))

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use kit::boxes::peak_of_means;
+use protocol::Surface;
 use serde::{Deserialize, Serialize};
 
 use crate::run_dir::RunDir;
@@ -10,14 +11,63 @@ use scenario::error::{Error, Result};
 use scheme::coupling::Coupling;
 use scheme::group::Patch;
 
+/// A node on the surface of the continuum.
+pub(crate) struct Place {
+    /// Its number in the group.
+    pub node: usize,
+    /// Unit vector along the undeformed surface, towards larger x.
+    tangent: [f64; 2],
+    /// 1 where the outward normal is on the left of the tangent, -1 where it is on the right.
+    side: f64,
+}
+
+impl Place {
+    /// The part of a force or traction that presses on the surface.
+    pub fn pressing(&self, [x, y]: [f64; 2]) -> f64 {
+        -self.side * (self.tangent[0] * y - self.tangent[1] * x)
+    }
+
+    /// The part along the surface.
+    pub fn shearing(&self, [x, y]: [f64; 2]) -> f64 {
+        self.tangent[0] * x + self.tangent[1] * y
+    }
+}
+
+/// The nodes of an interface in their order along the surface, from smaller to larger x.
+pub(crate) fn places(nodes: &Surface, patch: &Patch) -> Vec<Place> {
+    let side = if patch.outward[1] < 0.0 { -1.0 } else { 1.0 };
+    let mean = [side * patch.outward[1], -side * patch.outward[0]];
+    let at = |node: usize| [nodes.x_m[node], nodes.y_m[node]];
+    let along = |node: usize| mean[0] * at(node)[0] + mean[1] * at(node)[1];
+    let mut order: Vec<usize> = patch.nodes.clone().collect();
+    order.sort_by(|a, b| along(*a).total_cmp(&along(*b)));
+    let last = order.len().saturating_sub(1);
+    let tangent = |k: usize| {
+        let [from, to] = [k.saturating_sub(1), (k + 1).min(last)].map(|k| at(order[k]));
+        let [x, y] = [to[0] - from[0], to[1] - from[1]];
+        let length = x.hypot(y);
+        if length > 0.0 {
+            [x / length, y / length]
+        } else {
+            mean
+        }
+    };
+    let place = |k: usize| Place {
+        node: order[k],
+        tangent: tangent(k),
+        side,
+    };
+    (0..order.len()).map(place).collect()
+}
+
 /// Traction at the exchanged nodes, sorted by position.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct InterfaceTraction {
     /// Positions (m).
     pub x_m: Vec<f64>,
-    /// Normal force (N), compression positive.
+    /// Force along the normal of the undeformed surface (N), compression positive.
     pub normal_n: Vec<f64>,
-    /// Tangential force (N).
+    /// Force along the surface (N), positive towards larger x.
     pub shear_n: Vec<f64>,
     /// Area of each node (m2).
     pub area_m2: Vec<f64>,
@@ -29,14 +79,14 @@ impl InterfaceTraction {
     /// The traction of an interface in the last accepted window of its group.
     pub fn of(coupling: &Coupling, patch: &Patch, thickness_m: f64) -> InterfaceTraction {
         let (nodes, force) = (&coupling.group().nodes, &coupling.state.lambda);
-        let mut order: Vec<usize> = patch.nodes.clone().collect();
-        order.sort_by(|a, b| nodes.x_m[*a].total_cmp(&nodes.x_m[*b]));
-        let take = |value: &dyn Fn(usize) -> f64| order.iter().map(|i| value(*i)).collect();
+        let places = places(nodes, patch);
+        let take = |value: &dyn Fn(&Place) -> f64| places.iter().map(value).collect();
+        let force = |place: &Place| [0, 1].map(|k| force[2 * place.node + k]);
         InterfaceTraction {
-            x_m: take(&|i| nodes.x_m[i]),
-            normal_n: take(&|i| -patch.outward_y * force[2 * i + 1]),
-            shear_n: take(&|i| force[2 * i]),
-            area_m2: take(&|i| nodes.length_m[i] * thickness_m),
+            x_m: take(&|place| nodes.x_m[place.node]),
+            normal_n: take(&|place| place.pressing(force(place))),
+            shear_n: take(&|place| place.shearing(force(place))),
+            area_m2: take(&|place| nodes.length_m[place.node] * thickness_m),
             thickness_m,
             period_m: patch.period_m,
         }
@@ -145,5 +195,46 @@ mod tests {
         let peaks = peaks.map(|peak| peak.expect("a whole box"));
         assert!((peaks[0] / 1e8 - 1.0).abs() < 1e-12, "{peaks:?}");
         assert!((peaks[1] / 1.8e8 - 1.0).abs() < 1e-12, "{peaks:?}");
+    }
+
+    /// 5 N press on each node of a face under any angle, and 2 N shear it towards larger x; an upright face is sheared downwards.
+    #[test]
+    fn pressure_and_shear_follow_the_normal_of_the_surface() {
+        for (degrees, side) in [
+            (0.0, 1.0),
+            (45.0, 1.0),
+            (-60.0, 1.0),
+            (30.0, -1.0),
+            (-90.0, 1.0),
+        ] {
+            let [c, s] = [f64::cos, f64::sin].map(|of| of(f64::to_radians(degrees)));
+            let nodes = Surface {
+                x_m: (0..4).map(|k| c * f64::from(k)).collect(),
+                y_m: (0..4).map(|k| s * f64::from(k)).collect(),
+                ..Surface::default()
+            };
+            let patch = Patch {
+                index: 0,
+                name: "face".into(),
+                force_driven: 0,
+                motion_driven: 0,
+                nodes: 0..4,
+                points: 0..0,
+                outward_y: side,
+                outward: [-side * s, side * c],
+                offset: Default::default(),
+                period_m: None,
+                spacing_m: 1.0,
+                tolerance_rel: 1.0,
+                energy_defect_max_rel: None,
+            };
+            let force = [0, 1].map(|k| -5.0 * patch.outward[k] + 2.0 * [c, s][k]);
+            let places = places(&nodes, &patch);
+            assert!(places.iter().map(|place| place.node).eq(0..4), "{degrees}");
+            for place in places {
+                assert!((place.pressing(force) - 5.0).abs() < 1e-14, "{degrees}");
+                assert!((place.shearing(force) - 2.0).abs() < 1e-14, "{degrees}");
+            }
+        }
     }
 }

@@ -62,13 +62,14 @@ impl Steps {
     }
 
     /// The distance between means over the segments of the reference or, if a width is given, over bins centred at its
-    /// multiples. Squares are weighted by the lengths.
+    /// multiples, the outermost of which end with the longer line. Squares are weighted by the lengths.
     ///
     /// # Errors
     /// The bins are too wide or too narrow, see [`bin_fits`].
     pub fn distance(&self, reference: &Steps, bin: Option<f64>) -> Result<Distance, String> {
         let [own, other] = [self, reference].map(|of| [of.edges[0], of.edges[of.edges.len() - 1]]);
-        let whole = larger(own[1], other[1]) + larger(-own[0], -other[0]);
+        let [start, end] = [-larger(-own[0], -other[0]), larger(own[1], other[1])];
+        let whole = end - start;
         bin.map_or(Ok(()), |width| {
             bin_fits(width, [other[1] - other[0], whole])
         })?;
@@ -79,8 +80,9 @@ impl Steps {
                 let first = ends.iter().map(|e| index(e[0], width)).min();
                 let last = ends.iter().map(|e| index(e[e.len() - 1], width)).max();
                 let bins: Range<i64> = first.unwrap_or(0)..last.unwrap_or(0) + 1;
-                bins.map(|k| [0.0, 1.0].map(|side| (k as f64 - 0.5 + side) * width))
-                    .collect()
+                let bins = bins.map(|k| [-0.5, 0.5].map(|side| (k as f64 + side) * width));
+                let inside = bins.map(|[low, high]| [larger(low, start), -larger(-high, -end)]);
+                inside.filter(|[low, high]| low < high).collect()
             }
         };
         let lengths = || bins.iter().map(|[low, high]| high - low);
@@ -157,14 +159,14 @@ mod tests {
         assert_eq!([same.rms, same.max], [0.0; 2]);
     }
 
-    /// Nine bins of width 0.5 centred at -2, -1.5, .., 2 on [-2, 2]: half of each end bin is outside.
+    /// Nine bins of width 0.5 centred at -2, -1.5, .., 2 on [-2, 2]: the line ends in the middle of the outermost.
     #[test]
     fn bins_are_centred_at_multiples_of_their_width() {
         let ends = [-2.0, 2.0];
         let (own, reference) = (steps(&ends, &[3.0, 3.0]), steps(&ends, &[1.0, 1.0]));
         let found = own.distance(&reference, Some(0.5)).expect("nine bins");
         assert_eq!((found.max, found.max_rel), (2.0, Some(2.0)));
-        assert_eq!(found.rms, ((7.0 * 4.0 + 2.0 * 1.0) / 9.0f64).sqrt());
+        assert_eq!((found.rms, found.l2_rel), (2.0, Some(2.0)));
     }
 
     /// (3, 4) and (3, 5) against (0, 4): distances of 3 and sqrt(10) from vectors of the length 4.

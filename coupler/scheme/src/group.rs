@@ -63,6 +63,8 @@ pub struct Patch {
     pub points: Range<usize>,
     /// 1 where the layer lies above the continuum, -1 where it hangs below: the side of the continuum's outward normal.
     pub outward_y: f64,
+    /// Mean outward unit normal of the continuum, as it describes it; else along y.
+    pub outward: [f64; 2],
     /// Difference between its points and its surface line.
     pub offset: Offset,
     /// Period of both sides along x (m), if they repeat.

@@ -81,6 +81,8 @@ struct Seam {
     period_m: Option<f64>,
     /// [`Patch::outward_y`], if the continuum describes its normal.
     outward_y: Option<f64>,
+    /// [`Patch::outward`], if the continuum describes its normal.
+    outward: Option<[f64; 2]>,
 }
 
 /// The side that takes forces and the one that stands on a boundary. Their capabilities decide, not their order.
@@ -272,6 +274,7 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
     let normal = |end: &End| participants.description(end.peer).outward.get(&end.set);
     let normal_y = normal(continuum).map(|[_, y]| *y);
     let outward_y = normal_y.filter(|y| *y != 0.0).map(f64::signum);
+    let described = normal(continuum).copied();
     let normals = normal(continuum).zip(normal(layer));
     if let Some(why) = normals.and_then(same_side) {
         return Err(refuse(why));
@@ -305,6 +308,7 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
         offset,
         period_m,
         outward_y,
+        outward: described,
         mapping,
         nodes,
         points,
@@ -357,14 +361,15 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
         let all_points = &layers.sides[motion_driven].range;
         mapping.put(points.start, nodes.start, &seam.mapping);
         continua.sides[force_driven].steps = interface.substeps() / clock.substeps;
+        let of_rows = || outward(&layers.surface, &points, all_points);
+        let outward_y = seam.outward_y.unwrap_or_else(of_rows);
         patches.push(Patch {
             index,
             name: interface.name.clone(),
             force_driven,
             motion_driven,
-            outward_y: seam
-                .outward_y
-                .unwrap_or_else(|| outward(&layers.surface, &points, all_points)),
+            outward_y,
+            outward: seam.outward.unwrap_or([0.0, outward_y]),
             offset: seam.offset,
             period_m: seam.period_m,
             spacing_m: seam.nodes.length_m.iter().sum::<f64>() / nodes.len() as f64,

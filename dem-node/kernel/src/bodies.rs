@@ -262,14 +262,14 @@ impl Bodies {
     }
 
     /// Energy (J) below which contacts only bear weights, attractions and a load (N): their work on a millionth of a radius, far above the error that
-    /// the tolerance of a solve leaves.
-    pub fn noise(&self, load: f64) -> f64 {
+    /// the tolerance of a solve leaves. Changes of a kinetic energy (J) below its rounding are noise as well.
+    pub fn noise(&self, load: f64, kinetic: f64) -> f64 {
         let ([x, y], radius) = (self.gravity, self.mean_radius());
         let weight = self.masses.iter().sum::<f64>() * x.hypot(y);
         let laws = self.pairs.laws().iter().chain([&self.law]);
         let pulls = laws.filter_map(|law| Some(law.adhesion?.attraction(radius, 0.0)));
         let attraction = self.free as f64 * pulls.fold(0.0, f64::max);
-        1e-6 * (weight + attraction + load) * radius
+        1e-6 * (weight + attraction + load) * radius + 1e-12 * kinetic
     }
 
     /// Mean radius of the free grains (m).

@@ -12,6 +12,10 @@ pub enum KernelError {
     )]
     Denominator { a: u32, b: u32, denominator: f64 },
     #[error(
+        "contact of bodies {a} and {b}: W_nn W_tt - W_nt^2 = {determinant:e} (1/kg2) is negative or no number, which no bodies have; check the wall's compliance"
+    )]
+    Indefinite { a: u32, b: u32, determinant: f64 },
+    #[error(
         "contact of bodies {a} and {b}: the motion of both is prescribed along its normal, and the contact is rigid, so that no force is determined; give the contacts springs (law.contact_stiffness_pa), or let one of the bodies move freely along the normal"
     )]
     Prescribed { a: u32, b: u32 },

@@ -96,20 +96,45 @@ impl Springs {
         (-2.0 * psi / psi.tanh()).exp()
     }
 
-    /// Factor of 1/(kn h^2) and g/h on overlapping surfaces in a step h (s), see [`damped_share`], 1/m being the sum of the inverse masses
-    /// (1/kg).
-    pub fn damped_share(&self, inverse_mass: f64, h: f64) -> f64 {
-        damped_share(relaxation(self.damping, self.normal, inverse_mass), h)
+    /// Factor of 1/(kn h^2) and g/h on overlapping surfaces in a step h (s), see [`damped_share`].
+    pub fn damped_share(&self, pair: PairMobility, h: f64) -> f64 {
+        damped_share(relaxation(self.damping, self.normal, pair), h)
     }
 }
 
-/// Ratio c/k of a damper to its parallel spring k (N/m) (s), 2 zeta / omega with omega^2 = k/m, 1/m being the sum of the inverse masses (1/kg).
-/// Between two bodies that nothing moves there is no damper.
-pub fn relaxation(damping: f64, k: f64, inverse_mass: f64) -> f64 {
-    if inverse_mass == 0.0 || damping == 0.0 {
+/// Part of the inverse mass of a body below which its contacts count as held: within 6 degrees of a direction in which the body cannot move.
+const HELD: f64 = 0.01;
+
+/// Inverse masses of a pair that set a damper between its bodies (1/kg).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PairMobility {
+    /// 1/m, the sum over both bodies along the damper.
+    pub along: f64,
+    /// Least inverse mass of the bodies that can move in some direction.
+    pub free: f64,
+}
+
+impl PairMobility {
+    /// The pair of two bodies that have these inverse masses along the damper, and where nothing holds them.
+    pub fn of([a, b]: [[f64; 2]; 2]) -> PairMobility {
+        let moving = [a[1], b[1]].into_iter().filter(|inverse| *inverse > 0.0);
+        PairMobility {
+            along: a[0] + b[0],
+            free: moving.reduce(f64::min).unwrap_or(0.0),
+        }
+    }
+}
+
+/// Ratio c/k of a damper to its parallel spring k (N/m) (s), 2 zeta / omega with omega^2 = k/m.
+///
+/// Between two bodies that nothing moves along the damper there is none. Where 1/m vanishes as a contact turns to a held direction, so does the
+/// damper: c = 2 zeta sqrt(k m) alone would grow without bound just beside it, and stop what the held body slides past.
+pub fn relaxation(damping: f64, k: f64, pair: PairMobility) -> f64 {
+    if pair.along == 0.0 || damping == 0.0 {
         return 0.0;
     }
-    2.0 * damping / (k * inverse_mass).sqrt()
+    let held = (pair.along / (HELD * pair.free)).min(1.0);
+    held * 2.0 * damping / (k * pair.along).sqrt()
 }
 
 /// Factor of the terms 1/(k h^2) and g/h of a spring with a parallel damper of this ratio c/k (s), in a step h (s): the force is -k (g + h u) - c u.
@@ -182,6 +207,21 @@ impl Law {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A body of 1 kg that moves only along x touches a fixed one under an angle to y: with the angle the damper's force vanishes too.
+    #[test]
+    fn a_damper_vanishes_with_the_motion_along_it() {
+        let damper = |angle: f64| {
+            let along = angle.sin() * angle.sin();
+            relaxation(0.5, 4.0, PairMobility::of([[along, 1.0], [0.0, 0.0]]))
+        };
+        assert_eq!(damper(0.0), 0.0);
+        assert!((damper(1e-9) - 0.5 * 1e-7).abs() < 1e-15);
+        assert!((damper(0.5) - 0.5 / 0.5f64.sin()).abs() < 1e-15);
+        assert!((1..100).all(|k| damper(0.01 * f64::from(k)) < 10.0 * 0.5));
+        let free = PairMobility::of([[1.0; 2], [3.0; 2]]);
+        assert_eq!(relaxation(0.5, 4.0, free), 0.25);
+    }
 
     /// zeta = 1 has the restitution exp(-2), the limit from both sides.
     #[test]

@@ -39,7 +39,8 @@ pub struct FillConfig {
     pub seed: Option<u64>,
 }
 
-/// A row of disks at equal distances, as many as touching disks of the radius (radius_min_m + radius_max_m)/2.
+/// A row of disks at equal distances, as many as touching disks of the radius (radius_min_m + radius_max_m)/2: under a law whose mean radius is
+/// smaller there are gaps between them.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RowConfig {

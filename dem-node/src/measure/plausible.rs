@@ -126,6 +126,22 @@ kit::findings! {
     /// - Valid: 0.
     /// - Wrong: 1 (a box that moves towards its only grain from outside).
     BEHIND_WALL = "behind_wall": behind_wall_rel in dem = [0.0, 0.1];
+    /// The wheel went into the bare surface, which holds grains and no wheel.
+    ///
+    /// - Why: too few grains are left between them, or they are far apart.
+    /// - Do: fill the gap with grains, or load the wheel less.
+    /// - Judged: Largest depth of a smooth wheel below a point of the bare surface, over the smallest radius.
+    /// - Valid: 0.
+    /// - Wrong: 2 (a wheel on two grains 4 mm apart).
+    WHEEL_INSIDE = "wheel_inside": wheel_inside_rel in dem = [0.1, 1.0];
+    /// Glued disks passed a wall, which holds grains and clusters only.
+    ///
+    /// - Why: the body that carries the disks moved through the wall, or the wall moved through them.
+    /// - Do: stop the body by its own `boundary`, or the motion before they meet.
+    /// - Judged: Largest depth of the centre of a glued disk behind a plane wall in front of which it began, over its radius.
+    /// - Valid: 0.
+    /// - Wrong: 0.5 (a body thrown at a wall).
+    GLUED_BEHIND = "glued_behind_wall": glued_behind_wall_rel in dem = [0.1, 2.0];
     /// Bonds bore more than half their strength in steps above their bound, 1/(sqrt(3) omega).
     ///
     /// - Why: in a step this long a bond can withstand more than its fracture energy.
@@ -287,6 +303,8 @@ impl FinishedRun<'_> {
             self.impact_energy(),
             self.grain_travel(),
             self.behind_wall(),
+            self.wheel_inside(),
+            self.glued_behind(),
             self.bond_step(),
             self.bond_energy(),
             self.numerical(),
@@ -404,14 +422,20 @@ impl FinishedRun<'_> {
             "{accepted} of {steps} steps were accepted without having converged, as solver.on_not_converged = \"accept\" asks")
     }
 
+    /// See [`Bodies::noise`].
+    fn noise(&self) -> f64 {
+        let load = self.program.map_or(0.0, |program| program.load_n);
+        self.bodies
+            .noise(load, larger(0.0, self.kinetic_at_start()))
+    }
+
     /// An energy (J) over what the grains have stored and lost; 0 where it is noise.
     fn of_kept(&self, energy: f64) -> f64 {
         let ledger = &self.state.ledger;
         let lost = kit::named!(ledger; impact, numerical, friction, cohesion).map(|(_, lost)| lost);
         let kept = self.stored.iter().chain(&lost);
         let kept: f64 = kept.map(|energy| energy.abs()).sum();
-        let load = self.program.map_or(0.0, |program| program.load_n);
-        if energy <= self.bodies.noise(load) {
+        if energy <= self.noise() {
             0.0
         } else {
             energy / kept
@@ -447,6 +471,20 @@ impl FinishedRun<'_> {
         let value = count as f64 / self.state.present(self.bodies) as f64;
         judge!(self.bounds => BEHIND_WALL, value;
             "{count} grains at once overlapped a wall of points from behind, where nothing holds them: list the points of that wall (points_m) so that the grains are on the left of its direction, or lower the step")
+    }
+
+    fn wheel_inside(&self) -> Option<Finding> {
+        let depth = self.statistics.largest.wheel_depth;
+        let radii = self.bodies.radii[..self.bodies.free].iter().copied();
+        let value = depth / radii.fold(f64::INFINITY, f64::min);
+        judge!(self.bounds => WHEEL_INSIDE, value;
+            "the wheel went {depth:.2e} m, {value:.2} of the smallest radius, into the bare surface, with which it has no contact: put grains between them, or lower wheel.load_n")
+    }
+
+    fn glued_behind(&self) -> Option<Finding> {
+        let value = self.statistics.largest.glued_depth;
+        judge!(self.bounds => GLUED_BEHIND, value;
+            "a glued disk went {value:.2} of its radius behind a wall, with which it has no contact: walls hold grains and clusters; stop the body that carries the disk by its own boundary, or move wall and disk apart")
     }
 
     /// Judges the step where bonds came close to breaking.
@@ -486,10 +524,13 @@ impl FinishedRun<'_> {
         larger(self.state.ledger.worked() + lost, largest)
     }
 
-    /// Kinetic energy at the start (J).
+    /// Kinetic energy at the start beyond the common motion (J).
     fn flight(&self) -> f64 {
-        let start = self.state.kinetic(self.bodies) - self.stored[0];
-        larger(0.0, start - self.drifting())
+        larger(0.0, self.kinetic_at_start() - self.drifting())
+    }
+
+    fn kinetic_at_start(&self) -> f64 {
+        self.state.kinetic(self.bodies) - self.stored[0]
     }
 
     /// The kinetic energy of the common motion (J), which grains keep that meet nothing but each other.
@@ -507,8 +548,7 @@ impl FinishedRun<'_> {
         let (ledger, given) = (&self.state.ledger, self.energy_in());
         let moved = ledger.moved() + self.flight();
         let taken = ledger.numerical + ledger.detection.abs();
-        let load = self.program.map_or(0.0, |program| program.load_n);
-        let counts = taken > self.bodies.noise(load) && moved > MOVING * given;
+        let counts = taken > self.noise() && moved > MOVING * given;
         let turned = self.of_kept(ledger.detection.abs());
         let value = if counts { taken / given } else { turned };
         let kept = self.stiffness.restitution(self.statistics.largest.step);

@@ -127,9 +127,14 @@ impl GrainProfile {
         self.slices.iter().copied().chain(last).collect()
     }
 
-    /// Advice on a run that ended within its first interval.
+    /// Advice on a run that ended within its first interval, and on one without grains to measure.
     pub fn advice(&self, config: &ProfileConfig) -> Option<String> {
-        self.all(config, 1.0, false).is_empty().then(|| {
+        let slices = self.all(config, 1.0, false);
+        let no_grains = slices.iter().all(|slice| slice.velocity[0].is_nan());
+        if no_grains && !slices.is_empty() {
+            return Some("profile: no slice held a grain, so that there are no results: driven clusters and glued disks are the walls of a profile, not its grains; add grains, or remove the key".into());
+        }
+        slices.is_empty().then(|| {
             format!(
                 "profile: the run ended within its first interval of {:e} s from {:e} s on, so that there are no results; make profile.every_s shorter, or the run longer",
                 config.every_s, config.start_s

@@ -1,8 +1,9 @@
 //! Reports: signals of each report, results of the run.
 
 use dem_kernel::bodies::Bodies;
-use dem_kernel::bodies::faces::depth_behind;
+use dem_kernel::bodies::faces::{Face, depth_behind};
 use dem_kernel::bodies::geometry::range;
+use dem_kernel::contact::bond;
 use dem_kernel::step::StepSummary;
 use dem_kernel::step::state::GrainState;
 use protocol::larger;
@@ -42,7 +43,8 @@ kit::results! {
     /// # Signals
     /// - `glued_fx_n`: Force along x of the grains on the boundary that they are glued to or lie
     ///   on.
-    /// - `glued_fy_n`: Force along y of the grains on the same boundary: negative where they press down.
+    /// - `glued_fy_n`: Force along y of the grains on the same boundary: negative where they press down. A layer with a lid has one sum over both rows;
+    ///   the columns of its interfaces have the force of each.
     /// - `momentum_x_kg_m_per_s`: Momentum of the grains and the wheel along x, with scaled masses.
     /// - `momentum_y_kg_m_per_s`: Momentum of the grains and the wheel along y, with scaled masses.
     /// - `momentum_defect_n`: Difference between the change of momentum and the forces on the grains in the step.
@@ -89,13 +91,15 @@ fn top_speed(state: &GrainState) -> f64 {
 }
 
 /// True for a lost position: more than the radius of the widest disk beside the base, its surfaces and the ends of the sample, unless it repeats, or
-/// more than that disk's diameter below the base or above the lid.
+/// more than that disk's diameter below the base or above the lid. Beside and below are meant along a base that slopes, and across it; which side of
+/// an upright base is below is unknown.
 fn is_lost(bodies: &Bodies) -> impl Fn(&[f64; 2]) -> bool {
     let (base, lid) = bodies.reference.split_at(bodies.base);
     let (below, above) = bodies.surface.points.split_at(bodies.surface.base);
-    let widest = widest(bodies);
+    let (widest, [tx, ty]) = (widest(bodies), along_base(bodies));
+    let turned = move |[x, y]: &[f64; 2]| [tx * x + ty * y, tx * y - ty * x];
     let along = |row: &[[f64; 2]], surface: &[[f64; 2]], axis: usize| {
-        range(row.iter().chain(surface).map(|c| c[axis]))
+        range(row.iter().chain(surface).map(|c| turned(c)[axis]))
     };
     let lowest = along(base, below, 1)[0] - 2.0 * widest;
     // Infinite without a lid.
@@ -104,10 +108,48 @@ fn is_lost(bodies: &Bodies) -> impl Fn(&[f64; 2]) -> bool {
         highest => highest,
     };
     let [first, last] = along(base, below, 0);
-    let [left, right] = bodies.ends.unwrap_or([first, last]);
+    let [left, right] = level_ends(bodies).unwrap_or([first, last]);
     let reach = first.min(left) - widest..=last.max(right) + widest;
     let (has_base, has_ends) = (first <= last, bodies.period.is_none());
-    move |[x, y]| has_base && (has_ends && !reach.contains(x) || !(lowest..=highest).contains(y))
+    move |centre| {
+        let [s, n] = turned(centre);
+        let across = tx > 0.0 && !(lowest..=highest).contains(&n);
+        has_base && (has_ends && !reach.contains(&s) || across)
+    }
+}
+
+/// Width over height up to which a line is upright.
+const ROUNDING: f64 = 1e-9;
+/// Slope below which a line counts as level.
+const LEVEL: f64 = 0.1;
+
+/// Unit vector from one end of the base to the other, along x where it is level, like a crown.
+fn along_base(bodies: &Bodies) -> [f64; 2] {
+    let (base, below) = (bodies.base, bodies.surface.base);
+    let line = || {
+        bodies.reference[..base]
+            .iter()
+            .chain(&bodies.surface.points[..below])
+    };
+    let first = line().min_by(|a, b| a[0].total_cmp(&b[0]));
+    let last = line().max_by(|a, b| a[0].total_cmp(&b[0]));
+    let (Some([x_0, y_0]), Some([x_1, y_1])) = (first, last) else {
+        return [1.0, 0.0];
+    };
+    let [low, high] = range(line().map(|point| point[1]));
+    let [dx, dy] = [x_1 - x_0, y_1 - y_0];
+    if ROUNDING * (high - low) > dx {
+        return [0.0, 1.0];
+    }
+    if dy.abs() <= LEVEL * dx {
+        return [1.0, 0.0];
+    }
+    [dx / dx.hypot(dy), dy / dx.hypot(dy)]
+}
+
+/// The ends of the sample (m), which are meant along x.
+fn level_ends(bodies: &Bodies) -> Option<[f64; 2]> {
+    bodies.ends.filter(|_| along_base(bodies) == [1.0, 0.0])
 }
 
 fn widest(bodies: &Bodies) -> f64 {
@@ -117,20 +159,25 @@ fn widest(bodies: &Bodies) -> f64 {
 /// Free grains beyond base, surfaces and lid.
 pub fn lost_grains(bodies: &Bodies, state: &GrainState) -> usize {
     let is_lost = is_lost(bodies);
-    let grains = state.grains(bodies).map(|grain| state.centres[grain]);
-    grains.filter(is_lost).count()
+    let lost = |grain: &usize| is_lost(&state.centres[*grain]) && !hangs(bodies, state, *grain);
+    state.grains(bodies).filter(lost).count()
+}
+
+/// True for a grain that is bonded to a glued disk: it has not left, wherever it hangs.
+fn hangs(bodies: &Bodies, state: &GrainState, grain: usize) -> bool {
+    let mut own = bond::holding(&state.bonds).filter(|(a, _)| *a as usize == grain);
+    own.any(|(_, b)| bodies.glued_index(b as usize).is_some())
 }
 
 /// Free grains that left the sample: lost grains, and grains on a surface beside it.
 pub fn ejected_grains(bodies: &Bodies, state: &GrainState) -> usize {
     let (is_lost, widest) = (is_lost(bodies), widest(bodies));
-    let is_beside = |x: f64| {
-        let ends = bodies.ends;
-        ends.is_some_and(|[left, right]| !(left - widest..=right + widest).contains(&x))
-    };
-    let grains = state.grains(bodies).map(|grain| state.centres[grain]);
-    let ejected = grains.filter(|centre| is_beside(centre[0]) || is_lost(centre));
-    ejected.count()
+    let ends = level_ends(bodies);
+    let is_beside =
+        |x: f64| ends.is_some_and(|[left, right]| !(left - widest..=right + widest).contains(&x));
+    let gone = |centre: &[f64; 2]| is_beside(centre[0]) || is_lost(centre);
+    let ejected = |grain: &usize| gone(&state.centres[*grain]) && !hangs(bodies, state, *grain);
+    state.grains(bodies).filter(ejected).count()
 }
 
 /// Part of its radius by which the centre of a grain may lie behind a surface.
@@ -172,6 +219,32 @@ fn grains_behind(bodies: &Bodies, state: &GrainState) -> usize {
         depth.is_some_and(|depth| depth < bodies.radii[grain])
     });
     behind.count()
+}
+
+/// Depth of a smooth wheel below the points of the bare surface (m), which holds grains only.
+fn wheel_depth(bodies: &Bodies, state: &GrainState) -> f64 {
+    if bodies.wheel().is_none() || !bodies.face.is_empty() {
+        return 0.0;
+    }
+    let positions = state.positions(bodies);
+    let below = state.surface.iter().take(bodies.surface.base);
+    let depths = below.map(|point| -positions.under_wheel(*point, 0.0).gap);
+    depths.fold(0.0, larger)
+}
+
+/// Largest depth of the centre of a glued disk behind a plane wall in front of which it began, over its radius: walls hold grains only.
+fn glued_depth(bodies: &Bodies, state: &GrainState) -> f64 {
+    let planes = bodies.walls.iter();
+    let planes = planes.filter(|wall| matches!(wall.face, Face::HalfPlane { .. }));
+    let depths = planes.flat_map(|wall| {
+        let glued = (bodies.free..bodies.first_face()).zip(&bodies.reference);
+        let in_front = glued.filter(|(_, start)| wall.distance(**start) > 0.0);
+        in_front.map(|(disk, _)| {
+            let now = wall.frame(state.centres[disk], state.wall_motion_time);
+            -wall.distance(now) / bodies.radii[disk]
+        })
+    });
+    depths.fold(0.0, larger)
 }
 
 /// Part of its strength above which a bond is close to breaking.
@@ -253,6 +326,10 @@ pub struct Largest {
     pub bond_step: f64,
     /// Step (s).
     pub step: f64,
+    /// Depth of the wheel in the bare surface (m).
+    pub wheel_depth: f64,
+    /// Depth of a glued disk behind a wall, over its radius.
+    pub glued_depth: f64,
 }
 
 /// Gathers results over the committed steps.
@@ -310,6 +387,8 @@ impl RunStatistics {
             (&mut largest.travel, step.travel),
             (&mut largest.kinetic, grains.1.kinetic(grains.0)),
             (&mut largest.step, end - start),
+            (&mut largest.wheel_depth, wheel_depth(grains.0, grains.1)),
+            (&mut largest.glued_depth, glued_depth(grains.0, grains.1)),
         ] {
             *value = larger(*value, of_step);
         }

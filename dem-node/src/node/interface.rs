@@ -147,14 +147,14 @@ impl InterfaceDisks {
     }
 }
 
-/// Glued disks and points of a surface as points: to each belong half the distances to its neighbours in x.
+/// Glued disks and points of a surface as points: to each belong half the distances to its neighbours.
 fn surface(bodies: &Bodies, row: &[usize]) -> Surface {
     let points = row.iter().map(|number| bodies.boundary_point(*number));
     let (x, y): (Vec<f64>, Vec<f64>) = points.map(<(f64, f64)>::from).unzip();
     let radius_m: Vec<f64> = row.iter().map(|number| radius(bodies, *number)).collect();
     Surface {
         length_m: match bodies.period {
-            None => lengths(&x, radius_m[0]),
+            None => lengths(&x, &y, radius_m[0]),
             Some(period) => repeating_lengths(&x, period),
         },
         y_m: y,
@@ -164,10 +164,21 @@ fn surface(bodies: &Bodies, row: &[usize]) -> Surface {
     }
 }
 
-/// Half the distances to the neighbours of points by ascending x (m), at the ends symmetrically; a disk by itself has its width.
-fn lengths(x: &[f64], radius: f64) -> Vec<f64> {
+/// Width over height up to which neighbours stand one above the other.
+const UPRIGHT: f64 = 1e-9;
+
+/// Half the distances to the neighbours of points by ascending x (m), at the ends symmetrically; a disk by itself has its width. Distances are along
+/// x, and along y in an upright row, which has none along x.
+fn lengths(x: &[f64], y: &[f64], radius: f64) -> Vec<f64> {
     let n = x.len();
-    let between = |i: usize, j: usize| x[j] - x[i];
+    let between = |i: usize, j: usize| {
+        let [dx, dy] = [x[j] - x[i], y[j] - y[i]];
+        if dx > UPRIGHT * dy.abs() {
+            dx
+        } else {
+            dy.abs()
+        }
+    };
     let length = (0..n).map(|i| match i {
         _ if n == 1 => 2.0 * radius,
         0 => between(0, 1),
@@ -201,7 +212,10 @@ mod tests {
     #[test]
     fn a_row_of_a_strip_that_repeats_covers_it_once() {
         let strip = Period::between([-1.0, 7.0]);
-        assert_eq!(lengths(&[0.0, 2.0, 5.0, 6.0], 1.0), [2.0, 2.5, 2.0, 1.0]);
+        let places = [0.0, 2.0, 5.0, 6.0];
+        let along = [2.0, 2.5, 2.0, 1.0];
+        assert_eq!(lengths(&places, &[0.0; 4], 1.0), along);
+        assert_eq!(lengths(&[0.0; 4], &places, 1.0), along, "upright");
         // 13 is the image of 5, beyond the end.
         let row = [0.0, 2.0, 6.0, 13.0];
         assert_eq!(repeating_lengths(&row, strip), [2.0, 2.5, 1.5, 2.0]);

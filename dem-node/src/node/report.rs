@@ -106,8 +106,9 @@ impl Dem {
         let some = some.into_iter().filter(|(there, _)| *there);
         let mut terms = ledger.terms([kinetic, normal, tangential, bonds]).to_vec();
         terms.extend(some.map(|(_, term)| term));
+        let start = self.initial_energy[0];
         let happens = || {
-            let noise = bodies.noise(0.0);
+            let noise = bodies.noise(0.0, start);
             let is_noise = |value: f64| value.abs() < noise;
             !terms.iter().all(|(.., value)| is_noise(*value))
         };

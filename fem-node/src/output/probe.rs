@@ -25,8 +25,8 @@ kit::results! {
     /// # Forces and places of sets
     /// - `<set>_outward_m`: Mean displacement of the line along its outward normal.
     /// # Signals
-    /// - `surface_mean_uy_m`: Mean displacement along y of the coupled surface.
-    /// - `surface_min_uy_m`: Smallest displacement along y of the coupled surface, where it is pressed down most.
+    /// - `surface_mean_uy_m`: Mean displacement along y of the upper edge, on whichever edge the body is coupled.
+    /// - `surface_min_uy_m`: Smallest displacement along y of the upper edge, where it is pressed down most.
 }
 
 /// Momentum of a body along the directions in which nothing holds or moves it (kg m/s), by the names of its signals.

@@ -36,7 +36,8 @@ crate::results! {
     /// - `wheel_kinetic_j`: Change of the kinetic energy of the wheel's vertical motion since the
     ///   start.
     /// - `friction_j`: Energy dissipated by slip since the start.
-    /// - `impact_j`: Energy dissipated in impacts of rigid contacts since the start.
+    /// - `impact_j`: Energy dissipated in impacts of rigid contacts since the start; of grains without springs and bonds also by the time scheme, with
+    ///   `theta` = 1 even in free fall.
 }
 
 /// Name of the phase at whose end results are taken.

@@ -71,6 +71,7 @@ impl LinearModel<'_> {
                 nodes: 0..1,
                 points: 0..1,
                 outward_y: 1.0,
+                outward: [0.0, 1.0],
                 spacing_m: 1.0,
                 tolerance_rel: tolerance_m,
                 energy_defect_max_rel: None,

@@ -7,7 +7,7 @@ use crate::contact::detect::Slot;
 use crate::contact::loss::{ContactStep, Loss, rigid_loss, spring_losses};
 use crate::law::cohesion::Cohesion;
 use crate::law::local::BondLaw;
-use crate::law::{Law, relaxation};
+use crate::law::{Law, PairMobility, relaxation};
 
 /// A bond below this adhesion is broken. With h' = 1 and b = 0 that is an opening of 100 delta_0, where 1e-6 of the
 /// strength and 5e-5 of w are left.
@@ -202,31 +202,36 @@ pub struct BondContact {
     pub index: u32,
     /// Adhesion at the start of the step, and adhesion under which the problem is solved.
     pub adhesion: [f64; 2],
-    /// Ratio of its dampers to its springs in either direction (s), at any adhesion: a solid of Kelvin and Voigt.
-    pub relaxation: f64,
+    /// Ratio of its dampers to its springs (s), normal and tangential, at any adhesion: a solid of Kelvin and Voigt.
+    pub relaxation: [f64; 2],
     /// 1 + c/(k h), the factor of the dampers on the stiffness of the springs: one over [`crate::law::damped_share`].
-    pub stiffening: f64,
+    pub stiffening: [f64; 2],
     /// The law under this adhesion.
     pub law: BondLaw,
 }
 
 impl BondContact {
-    /// The bond at the start of a step h (s); `inverse_mass` is the sum for its disks (1/kg).
+    /// The bond at the start of a step h (s); `mobility` is its disks' along the normal and the tangent.
     ///
     /// A rigid contact has friction in addition to its bond, and so has a healing contact for the part 1 - a. In other compliant contacts the
     /// tangential spring belongs to the bond, and becomes a stick-slip spring when the bond breaks (see [`end_step`]).
-    pub fn new(law: &Law, (index, bond): (usize, &Bond), inverse_mass: f64, h: f64) -> BondContact {
+    pub fn new(
+        law: &Law,
+        (index, bond): (usize, &Bond),
+        mobility: [PairMobility; 2],
+        h: f64,
+    ) -> BondContact {
         let friction = law.friction * law.friction_share(bond.adhesion);
-        let relaxation = law.cohesion.as_ref().map_or(0.0, |c| {
-            relaxation(c.damping, bond.area * c.normal, inverse_mass)
+        let relaxation = law.cohesion.as_ref().map_or([0.0; 2], |c| {
+            mobility.map(|pair| relaxation(c.damping, bond.area * c.normal, pair))
         });
-        let stiffening = 1.0 + relaxation / h;
+        let stiffening = relaxation.map(|relaxation| 1.0 + relaxation / h);
         let mut contact = BondContact {
             index: index as u32,
             adhesion: [bond.adhesion; 2],
             relaxation,
             stiffening,
-            law: BondLaw::new(bond.slip / (h * stiffening), friction),
+            law: BondLaw::new(bond.slip / (h * stiffening[1]), friction),
         };
         contact.soften(law, bond, bond.adhesion, h);
         contact
@@ -237,13 +242,14 @@ impl BondContact {
         self.adhesion[1] = adhesion;
         let of_law = |law: &Cohesion| law.stiffness(bond.area, adhesion);
         let stiffness = law.cohesion.as_ref().map_or([0.0; 2], of_law);
-        self.law
-            .set_stiffness(stiffness.map(|k| self.stiffening * k), h);
+        let [normal, tangential] = self.stiffening;
+        let stiffness = [normal * stiffness[0], tangential * stiffness[1]];
+        self.law.set_stiffness(stiffness, h);
     }
 
     /// The adhesion at the end of the step, for the opening delta (m) and the velocities u_n and u_t.
     pub fn fall(&self, law: &Cohesion, velocity: [f64; 2], delta: f64, h: f64) -> f64 {
-        let slip = self.stiffening * self.law.slip;
+        let slip = self.stiffening[1] * self.law.slip;
         let drive = law.drive(delta + h * velocity[0], h * (slip + velocity[1]));
         let adhesion = law.adhesion_after(self.adhesion[0], drive, h);
         adhesion.min(self.adhesion[1])
@@ -279,16 +285,16 @@ pub fn end_step(
         + stored(solved, opening, slip)
         - stored(after, opening, slip)
         + 0.5 * k_t * (h * u_t).powi(2);
-    let ([pull, push], damped) = ([r_n.min(0.0), r_n.max(0.0)], relaxation > 0.0);
+    let ([pull, push], damped) = ([r_n.min(0.0), r_n.max(0.0)], relaxation[0] > 0.0);
     let [numerical, mut damping] = spring_losses(k_n, damped, contact, pull, |gap| gap.max(0.0));
     lost += numerical;
-    damping += h * relaxation * k_t * u_t * u_t;
+    damping += h * relaxation[1] * k_t * u_t * u_t;
     let surface = bond.area * cohesion.surface([before, after], h);
     let of_springs = law.springs.map_or([0.0; 2], |s| contact.turned(s.normal));
     let found = stored(before, contact.gap, bond.slip);
     let detection = of_springs[0] + stored(before, contact.last_gap, bond.slip) - found;
     let unforeseen = of_springs[1] + stored(before, contact.turned_gap, bond.slip) - found;
-    let beside = r_t + h * k_t * (slip + relaxation * u_t);
+    let beside = r_t + h * k_t * (slip + relaxation[1] * u_t);
     let slides = law.friction_share(before) > 0.0;
     let r_f = if slides { beside } else { 0.0 };
     let mut compressed = match &law.springs {
@@ -390,7 +396,7 @@ mod tests {
 
     /// U_n = u_n + delta/h, u_t, and the impulse for these free velocities.
     fn solved(law: &Law, compliance: f64, b: [f64; 2]) -> ([f64; 2], [f64; 2]) {
-        let mut contact = BondContact::new(law, (0, &bond()), 0.0, STEP);
+        let mut contact = BondContact::new(law, (0, &bond()), Default::default(), STEP);
         let law = &mut contact.law;
         let compressed = law.prepare(BLOCK, compliance, (0, 1));
         let [r_n, r_t] = law.impulse(&BLOCK, &compressed.expect("it is well posed"), b);
@@ -478,7 +484,7 @@ mod tests {
                     elastic: true,
                 };
                 let solution = BondContact {
-                    relaxation: tau,
+                    relaxation: [tau; 2],
                     ..of([0.8; 2])
                 };
                 let loss = end_step(

@@ -38,6 +38,7 @@ fn bondable(bodies: &Bodies) -> usize {
     }
 }
 
+/// The bonds of the alert distance decide alone which grains lack bonds, so that the order of the grains does not.
 fn hold_loose_grains(positions: &Positions, law: &Cohesion, bonds: &mut Vec<Bond>) {
     let bodies = positions.bodies;
     let mut count = vec![0; bodies.disks()];
@@ -45,17 +46,15 @@ fn hold_loose_grains(positions: &Positions, law: &Cohesion, bonds: &mut Vec<Bond
         count[bond.a as usize] += 1;
         count[bond.b as usize] += 1;
     }
-    for grain in 0..positions.present {
+    let made = (0..positions.present).flat_map(|grain| {
         let missing = law.bonds_min.saturating_sub(count[grain]);
-        if missing == 0 {
-            continue;
-        }
-        for (pair, gap) in nearest(positions, bonds, grain as u32, missing) {
-            pair.iter().for_each(|disk| count[*disk as usize] += 1);
-            bonds.push(Bond::new(bodies, law, pair, gap));
-        }
-    }
-    bonds.sort_by_key(|bond| (bond.a, bond.b));
+        let pairs = nearest(positions, bonds, grain as u32, missing).into_iter();
+        pairs.map(|(pair, gap)| Bond::new(bodies, law, pair, gap))
+    });
+    let made: Vec<Bond> = made.collect();
+    bonds.extend(made);
+    bonds.sort_by_key(Bond::pair);
+    bonds.dedup_by_key(|bond| bond.pair());
 }
 
 /// The `count` pairs of smallest gap (m) of a grain with disks to which it has no bond.
@@ -65,6 +64,9 @@ fn nearest(
     grain: u32,
     count: usize,
 ) -> Vec<([u32; 2], f64)> {
+    if count == 0 {
+        return Vec::new();
+    }
     let pair = |other: u32| [grain.min(other), grain.max(other)];
     let gap = |[a, b]: [u32; 2]| positions.proximity(a as usize, b as usize).gap;
     let is_own = |bond: &&Bond| bond.a == grain || bond.b == grain;

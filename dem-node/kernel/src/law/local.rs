@@ -37,8 +37,9 @@ pub struct LocalLaw {
     pub(crate) friction: f64,
 }
 
-/// A rigid contact of two bodies with prescribed sideways motion (glued disk on a fixed boundary under the wheel) has
-/// W_tt = 0: friction then follows the sliding direction. This small value has this effect.
+/// Bodies that can move relative to each other in one direction only have W_nn W_tt = W_nt^2: a rigid contact of two bodies with prescribed sideways
+/// motion (glued disk on a fixed boundary under the wheel), where W_tt = 0, or a grain that is guided along an axis, under any angle. No law
+/// determines the friction of such a contact at rest, and it is 0 under this small addition to W_tt; friction that slides follows its direction.
 const PRESCRIBED: f64 = 1e-9;
 
 impl LocalLaw {
@@ -53,16 +54,24 @@ impl LocalLaw {
             return Err(KernelError::Prescribed { a, b });
         }
         let denominator = block.nn - friction * block.nt.abs();
-        let tangential = block.tt.max(PRESCRIBED * block.nn);
-        let determinant = block.nn * tangential - block.nt * block.nt;
         // Written so that a NaN is refused as well.
-        if !(denominator > 0.0 && determinant > 0.0) {
+        if !(denominator > 0.0) {
             return Err(KernelError::Denominator {
                 a: pair.0,
                 b: pair.1,
-                denominator: denominator.min(determinant),
+                denominator,
             });
         }
+        let (held, least) = (block.nt * block.nt / block.nn, PRESCRIBED * block.nn);
+        if !(block.tt - held >= -least) {
+            return Err(KernelError::Indefinite {
+                a: pair.0,
+                b: pair.1,
+                determinant: block.nn * block.tt - block.nt * block.nt,
+            });
+        }
+        let tangential = block.tt.max(held + least);
+        let determinant = block.nn * tangential - block.nt * block.nt;
         // Two single disks, with few divisions.
         if block.nt == 0.0 {
             let [nn, tt] = [block.nn, tangential].map(|w| 1.0 / w);
@@ -239,6 +248,35 @@ mod tests {
             assert!((r[1].abs() - 0.3 * r[0]).abs() < 1e-15);
             assert!(r[1] * u[1] < 0.0, "friction must dissipate: {r:?} {u:?}");
         }
+    }
+
+    /// A body of 2 kg that moves along (0.6, 0.8) only, b being such a motion: its normal impulse stops it, without friction.
+    #[test]
+    fn a_guided_body_is_stopped_along_the_normal_alone() {
+        let guided = |angle: f64| {
+            let [n, t] = [angle.sin(), angle.cos()];
+            [n, t, 0.5 * n * n, 0.5 * n * t, 0.5 * t * t]
+        };
+        for k in 3..60 {
+            let [n, t, nn, nt, tt] = guided(f64::from(k).to_radians() + 0.52);
+            for friction in [0.0, 0.3] {
+                let law = LocalLaw::new(DelassusBlock { nn, nt, tt }, friction, (0, 1));
+                let [r_n, r_t] = law.expect("it does not jam").impulse([-n, -t]);
+                assert!((r_n * 0.5 * n - 1.0).abs() < 1e-5, "{k}: {r_n}");
+                assert!(r_t.abs() < 1e-5, "{k}: {r_t}");
+            }
+        }
+        let block = |tt: f64| DelassusBlock {
+            nn: 1.0,
+            nt: 1.0,
+            tt,
+        };
+        let refused = LocalLaw::new(block(0.9), 0.3, (3, 7)).expect_err("it is no mass");
+        assert!(
+            refused.to_string().contains("W_nn W_tt - W_nt^2"),
+            "{refused}"
+        );
+        assert!(LocalLaw::new(block(f64::NAN), 0.3, (3, 7)).is_err());
     }
 
     #[test]

@@ -11,6 +11,7 @@ use crate::contact::bond::{Bond, BondContact, BondCursor};
 use crate::contact::detect::Slot;
 use crate::contact::hand_over::hand_over;
 use crate::contact::shared::share_springs;
+use crate::law::PairMobility;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
 use crate::solver::partition::in_pieces;
 use crate::solver::problem::Attraction;
@@ -53,23 +54,41 @@ impl Detection<'_> {
     ) -> BondContact {
         let (bodies, h) = (self.input.bodies, self.input.step);
         let pair = [bond.1.a, bond.1.b];
-        let inverse_mass = self.mobility(pair, contact, records);
+        let [nx, ny] = contact.normal;
+        let single = |disk: u32| {
+            let disk = disk as usize;
+            disk < bodies.free && bodies.clusters.of(disk).is_none()
+        };
+        let normal = self.mobility(pair, contact, [nx, ny], records);
+        // A single grain is the lighter body, and yields alike in both directions.
+        let tangential = if pair.into_iter().any(single) {
+            normal
+        } else {
+            self.mobility(pair, contact, [-ny, nx], records)
+        };
         let law = bodies.law_of(pair[0] as usize, pair[1] as usize);
-        let bond = BondContact::new(law, bond, inverse_mass, h);
-        let share = 1.0 / bond.stiffening;
+        let bond = BondContact::new(law, bond, [normal, tangential], h);
+        let share = 1.0 / bond.stiffening[0];
         contact.bias[0] *= share;
         contact.compliance[0] *= share;
         bond
     }
 
-    /// 1/m_a + 1/m_b along the normal of a contact between these disks (1/kg), which sets its dampers.
-    fn mobility(&self, pair: [u32; 2], contact: &Contact, records: &[BodyRecord]) -> f64 {
+    /// How these disks yield along a direction to the dampers of their contact.
+    fn mobility(
+        &self,
+        pair: [u32; 2],
+        contact: &Contact,
+        along: [f64; 2],
+        records: &[BodyRecord],
+    ) -> PairMobility {
         let (state, bodies) = (self.state, self.input.bodies);
         let own = |disk: u32, pushed: u32| {
-            let of_cluster = state.mobility(bodies, disk as usize, contact.normal);
-            of_cluster.map_or(records[pushed as usize].inverse_mass, |[own, _]| own)
+            let of_cluster = state.mobility(bodies, disk as usize, along);
+            let alone = [records[pushed as usize].inverse_mass; 2];
+            of_cluster.map_or(alone, |[own, _, free]| [own, free])
         };
-        own(pair[0], contact.a) + own(pair[1], contact.b)
+        PairMobility::of([own(pair[0], contact.a), own(pair[1], contact.b)])
     }
 }
 
@@ -582,7 +601,8 @@ impl Stepper {
         contact.bias[0] = bias;
         let damped = law.springs.filter(|springs| springs.damping > 0.0);
         if let Some(springs) = damped.filter(|_| contact.gap < 0.0) {
-            let mobility = at.mobility([slot.a, slot.b], contact, &self.problem.records);
+            let (pair, records) = ([slot.a, slot.b], &self.problem.records);
+            let mobility = at.mobility(pair, contact, contact.normal, records);
             let share = springs.damped_share(mobility, h);
             contact.bias[0] *= share;
             contact.compliance[0] *= share;

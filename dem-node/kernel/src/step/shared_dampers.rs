@@ -9,7 +9,7 @@
 //! restitution ([`Springs::restitution`]).
 
 use super::{StepInput, Stepper};
-use crate::law::{Springs, relaxation};
+use crate::law::{PairMobility, Springs, relaxation};
 use crate::solver::contact::{Contact, NO_BOND, NO_LEVERS};
 use crate::step::state::GrainState;
 
@@ -81,14 +81,15 @@ impl Stepper {
             }
             let slot = &state.list.slots[*index as usize];
             let disks = [slot.a, slot.b].map(|disk| disk as usize);
-            let mut mobility = [0.0; 2];
-            for (disk, pushed) in disks.into_iter().zip([contact.a, contact.b]) {
+            let of = |disk: usize, pushed: u32| {
                 let alone = self.problem.records[pushed as usize].inverse_mass;
                 let own = state.mobility(bodies, disk, contact.normal);
-                let own = own.unwrap_or([alone; 2]);
-                mobility = [mobility[0] + own[0], mobility[1] + own[1]];
-            }
-            let damper = relaxation(springs.damping, springs.normal, mobility[0]) * springs.normal;
+                own.unwrap_or([alone; 3])
+            };
+            let both = [of(disks[0], contact.a), of(disks[1], contact.b)];
+            let pair = PairMobility::of(both.map(|[own, _, free]| [own, free]));
+            let mobility = [pair.along, both[0][1] + both[1][1]];
+            let damper = relaxation(springs.damping, springs.normal, pair) * springs.normal;
             let [u_n, _] = self.problem.relative_velocity(contact);
             Some(Damped {
                 contact,

@@ -82,18 +82,20 @@ impl Clone for GrainState {
 }
 
 impl GrainState {
-    /// 1/m of a disk of a cluster in a contact along this normal, and 1/M as if the contact were in line with the centre of mass (1/kg);
-    /// `None` for a single disk and for other bodies.
+    /// 1/m of a disk of a cluster in a contact along this normal, 1/M as if the contact were in line with the centre of mass, and 1/M in the directions
+    /// that nothing holds (1/kg); `None` for a single disk and for other bodies.
     #[inline(always)]
     pub(crate) fn mobility(
         &self,
         bodies: &Bodies,
         disk: usize,
         normal: [f64; 2],
-    ) -> Option<[f64; 2]> {
+    ) -> Option<[f64; 3]> {
         let (index, cluster) = bodies.clusters.of(disk)?;
         let pose = &self.clusters[index];
-        Some([self.centres[disk], pose.centre].map(|at| cluster.mobility(pose, normal, at)))
+        let at = |centre| cluster.mobility(pose, normal, centre);
+        let free = cluster.free.iter().copied().fold(0.0, f64::max) / cluster.mass;
+        Some([at(self.centres[disk]), at(pose.centre), free])
     }
 
     /// The start: grains at their positions in the sample, the wheel on the first disk that it meets from above, and compliant contacts under the

@@ -104,7 +104,7 @@ pub fn step_limit(bodies: &Bodies, state: &GrainState, bonds: &[Bond]) -> Option
         let normal = positions.proximity(pair[0], pair[1]).normal;
         let [a, b] = pair.map(|body| match state.mobility(bodies, body, normal) {
             None => bodies.masses.get(body).map_or(0.0, |m| 1.0 / m),
-            Some([own, _]) => own,
+            Some([own, ..]) => own,
         });
         bond.area * law.normal * (a + b)
     });

@@ -166,7 +166,7 @@ fn bond(scene: &Scene, index: usize) -> BondContact {
         slip: 0.1,
         ..Bond::default()
     };
-    BondContact::new(&law, (index, &bond), 0.0, 0.5)
+    BondContact::new(&law, (index, &bond), Default::default(), 0.5)
 }
 
 fn scenes(grains: usize) -> Vec<Scene> {
