@@ -472,6 +472,13 @@ impl DemConfig {
                     "remove it; drive.velocity_m_per_s gives the velocity",
                 )?;
             }
+            let centres = [&sample.disks[0], &sample.disks[1]].map(|disk| [disk.x_m, disk.y_m]);
+            refuse_if(
+                centres[0] == centres[1],
+                "sample.disks[1]",
+                "has its centre where sample.disks[0] has it, and `drive` moves one along the line from the other",
+                "move one of them",
+            )?;
         }
         if self.law.contact_stiffness_pa.is_none() {
             return Err(ConfigError::new(

@@ -351,6 +351,14 @@ fn keys_of_another_kind_of_run_have_no_effect() {
     assert_eq!(about, expected);
 }
 
+/// The last window is cut at the end of the run, and its step says nothing about the others.
+#[test]
+fn the_step_over_the_inertial_time_does_not_depend_on_the_end() {
+    let of = |end: &str| run("quick", &[end], &[]).1["results"]["step_over_inertial_time"].as_f64();
+    let [one, other] = ["run.end_s=6e-5", "run.end_s=6.1e-5"].map(of);
+    assert!(one > Some(0.0) && one == other, "{one:?} {other:?}");
+}
+
 #[test]
 fn energies_that_no_participant_reports_are_marked_as_missing() {
     let (code, summary, _) = run("verification/block-under-wheel", &[], &[]);

@@ -125,6 +125,30 @@ fn a_report_names_a_changed_field() {
         6,
         &[name, "was changed since"],
     );
+    let movie = output(work.path(), &["report", "out", "--movie"]);
+    fails(&movie, 6, &[name, "was changed since"]);
+}
+
+/// Its keys are those of the run only by the hash in the summary, and a summary has at least a status.
+#[test]
+fn a_comparison_finds_another_scenario_and_another_summary() {
+    let work = Scratch::new("exchanged");
+    for out in ["a", "b"] {
+        run(work.path(), "verification/bouncing-disk", out, &[]);
+    }
+    let compare = || output(work.path(), &["compare", "a", "b"]);
+    let map = |map: &str| output(work.path(), &["compare", "a", "b", "--map", map]);
+    assert!(compare().status.success());
+    assert!(map("kinetic_j=impact_j").status.success());
+    fails(&map("kinetic_j=t_s"), 2, &["\"J\"", "\"s\""]);
+    let [scenario, summary] = ["b/scenario.toml", "b/summary.json"].map(|at| work.path().join(at));
+    let text = std::fs::read_to_string(&scenario).expect("it was written");
+    std::fs::write(&scenario, text.replace("9.81", "9.82")).expect("it is writable");
+    fails(&compare(), 6, &["scenario.toml", "was changed since"]);
+    std::fs::remove_file(&scenario).expect("it is there");
+    fails(&compare(), 6, &["scenario.toml", "cannot be read"]);
+    std::fs::write(&summary, "{}").expect("it is writable");
+    fails(&compare(), 2, &["summary.json", "has no status"]);
 }
 
 /// The scenario's hash covers the path of the mesh; the hashes of the results do not.

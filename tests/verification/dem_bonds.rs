@@ -371,7 +371,7 @@ fn every_grain_of_a_layer_has_its_least_number_of_bonds() {
 #[test]
 fn an_accepted_starved_window_leaves_the_bonds_unchanged() {
     let disks: Vec<Value> = (0..5)
-        .map(|i| json!({"x_m": 0.0, "y_m": 2.0 * R * f64::from(i), "radius_m": R, "glued": i == 0, "vy_m_per_s": 3.0}))
+        .map(|i| json!({"x_m": 0.0, "y_m": 2.0 * R * f64::from(i), "radius_m": R, "glued": i == 0, "vy_m_per_s": if i == 0 { 0.0 } else { 3.0 }}))
         .collect();
     let mut config = scene(
         rigid(),

@@ -240,6 +240,14 @@ fn impossible_drives_and_bonds_are_refused_by_name() {
         ["drive", "glued = true"],
     );
     says(
+        refused(|c| c["sample"]["disks"][0]["vx_m_per_s"] = json!(1.0)),
+        ["sample.disks[0].vx_m_per_s: has no effect", "drive"],
+    );
+    says(
+        refused(|c| c["sample"]["disks"][0]["y_m"] = json!(0.0)),
+        ["sample.disks[1]", "sample.disks[0]"],
+    );
+    says(
         refused(|c| c["law"]["bonds_min"] = json!(7)),
         ["law.bonds_min", "7"],
     );

@@ -103,9 +103,9 @@ fn a_word_outside_the_choices_is_named() {
     );
 }
 
-/// A glued disk moves with its body, and two disks at one point have no direction of contact unless one cluster has both.
+/// A glued disk moves with its body.
 #[test]
-fn disks_with_a_velocity_that_cannot_act_or_at_one_point_are_refused() {
+fn a_velocity_that_cannot_act_is_refused() {
     for key in ["vx_m_per_s", "vy_m_per_s", "spin_rad_per_s"] {
         let glued = changed(disks(), "/disks/1", "glued", Some(json!(true)));
         let message = of(changed(glued, "/disks/1", key, Some(json!(1.0))));
@@ -114,17 +114,6 @@ fn disks_with_a_velocity_that_cannot_act_or_at_one_point_are_refused() {
             &[&format!("sample.disks[1].{key}: has no effect"), "glued"],
         );
     }
-    let message = of(changed(disks(), "/disks/2", "x_m", Some(json!(0.0))));
-    contains_all(&message, &["sample.disks[2]: ", "sample.disks[0]"]);
-    let bar = |sample: Value, disk: &str| changed(sample, disk, "cluster", Some(json!("bar")));
-    let together = bar(bar(disks(), "/disks/0"), "/disks/2");
-    let together = changed(together, "/disks/2", "x_m", Some(json!(0.0)));
-    build(&scene(
-        json!({"kind": "signorini"}),
-        1e-4,
-        together,
-        json!({}),
-    ));
 }
 
 /// At 1e12 m a position is rounded to a tenth of this radius.

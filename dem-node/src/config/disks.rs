@@ -1,7 +1,5 @@
 //! The keys of `sample` with kind = "disks", its walls and clusters, and their limits.
 
-use std::collections::HashMap;
-
 use dem_kernel::bodies::geometry::range;
 use dem_kernel::bodies::pairs::{GRAINS, ROWS, SURFACE, WHEEL};
 use kit::ConfigError;
@@ -291,7 +289,6 @@ impl DisksConfig {
                 "remove it, or give the body the velocity",
             )?;
         }
-        self.refuse_same_centre()?;
         for (i, wall) in self.walls.iter().enumerate() {
             wall.validate(&format!("sample.walls[{i}]"))?;
         }
@@ -309,28 +306,6 @@ impl DisksConfig {
             )?;
         }
         self.validate_clusters()
-    }
-
-    /// Refuses two disks at one point, whose contact has no normal; disks of one cluster have no contact.
-    fn refuse_same_centre(&self) -> Result<(), ConfigError> {
-        let mut known = HashMap::new();
-        for (i, disk) in self.disks.iter().enumerate() {
-            // Adding 0 makes a 0 of -0.
-            let centre = [disk.x_m, disk.y_m].map(|x| (x + 0.0).to_bits());
-            let Some(other) = known.insert(centre, i) else {
-                continue;
-            };
-            let together = disk.cluster.is_some() && disk.cluster == self.disks[other].cluster;
-            refuse_if(
-                !together,
-                &format!("sample.disks[{i}]"),
-                format!(
-                    "has its centre where sample.disks[{other}] has it, so that their contact has no direction"
-                ),
-                "move one of them",
-            )?;
-        }
-        Ok(())
     }
 
     /// True if any disks move together.

@@ -114,6 +114,15 @@ impl InterfaceDisks {
             ));
         }
         let surface = surface(bodies, &disks);
+        if let Some(point) = surface.length_m.iter().position(|length| *length <= 0.0) {
+            return Err(NodeError::of(
+                Cause::ConflictingKeys,
+                format!(
+                    "{participant} has two points of the set `{set}` at x = {:e} m, and each carries the length to its neighbours along x: move one of them",
+                    surface.x_m[point]
+                ),
+            ));
+        }
         self.disks.extend(disks);
         Ok(surface)
     }

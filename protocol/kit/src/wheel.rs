@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use protocol::Phase;
 
-use crate::keys::ConfigError;
+use crate::keys::{ConfigError, refuse_if};
 use crate::limits::{positive, refuse_given};
 use crate::rolling::Rolling;
 use crate::table::{LoadTable, check_wheel_table, last_change, load_at};
@@ -150,6 +150,15 @@ impl WheelProgram {
         )?;
         if self.cycles > 0.0 {
             positive("wheel.frequency_hz", self.frequency_hz, "1/s")?;
+            refuse_if(
+                !self.end().is_finite(),
+                "wheel.frequency_hz",
+                format!(
+                    "{:e} cycles at {:e} 1/s never end",
+                    self.cycles, self.frequency_hz
+                ),
+                "raise it, or lower wheel.cycles",
+            )?;
         }
         let (held_at, mut table) = (self.motion_start(), self.load_table.iter());
         table.try_for_each(|table| check_wheel_table(table, held_at, self.load_n))
@@ -378,6 +387,17 @@ mod tests {
         for t in [8e-4, 9.1e-4, 1.0] {
             assert_eq!([program.displacement_at(t), program.speed_at(t)], [0.0; 2]);
         }
+    }
+
+    #[test]
+    fn cycles_that_never_end_are_refused() {
+        let slow = WheelProgram {
+            frequency_hz: 5e-324,
+            ..program()
+        };
+        let error = slow.check().expect_err("its end is infinite");
+        assert_eq!(error.key, "wheel.frequency_hz");
+        assert!(program().check().is_ok());
     }
 
     #[test]

@@ -98,6 +98,9 @@ class Continua(unittest.TestCase):
         node.displacement = lambda state: np.zeros(2)
         with self.assertRaisesRegex(ConfigurationError, r"displacement\(\) has the shape"):
             node.advance(window(), np.zeros(2))
+        node.displacement = lambda state: np.full((1, 2), 1.0 + 1.0j)
+        with self.assertRaisesRegex(ConfigurationError, r"displacement\(\) holds complex numbers"):
+            node.advance(window(), np.zeros(2))
         node.displacement = lambda state: np.full((1, 2), np.nan)
         with self.assertRaisesRegex(Diverged, "nan"):
             node.advance(window(), np.zeros(2))

@@ -169,6 +169,8 @@ class Solver(Node):
 
     def _gather(self, rows: Any, what: str) -> np.ndarray:
         """The exchanged components of rows of all coupled points."""
+        if np.iscomplexobj(rows):
+            raise ConfigurationError(f"{what} holds complex numbers, and the protocol exchanges real ones: return the real part")
         rows = np.asarray(rows, dtype=float)
         if rows.shape != (len(self._rows), 2):
             raise ConfigurationError(f"{what} has the shape {rows.shape} instead of {(len(self._rows), 2)}: a row for each point")

@@ -53,7 +53,7 @@ impl Recorded {
         match logged.next() {
             None => Ok(()),
             Some(Exchange { sender, .. }) => Err(Refusal::checkpoint(format!(
-                "the handshake ended before the logged one, which continues with a message of `{sender}`: resume with the build that wrote the log"
+                "the handshake ended before the logged one, which continues with a message of `{sender}`: resume a run with its own exchange.mcap, and with the build that wrote it"
             ))
             .into()),
         }
@@ -113,7 +113,7 @@ fn compare(logged: Option<Exchange>, Exchange { sender, frame, .. }: Exchange) -
     };
     differs.map_or(Ok(()), |why| {
         Err(Refusal::checkpoint(format!(
-            "the handshake differs from the logged one: {why}; resume with the build that wrote the log"
+            "the handshake differs from the logged one: {why}; resume a run with its own exchange.mcap, and with the build that wrote it"
         ))
         .into())
     })
