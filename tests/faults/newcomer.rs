@@ -15,7 +15,7 @@ fn slips_are_refused_with_the_word_that_was_meant() {
     let study = format!("{study}/study.toml");
     let tower = "participant.third-body.config.sample.thickness_m=0.4";
     let seeds = "run.seed=9223372036854775807";
-    let slips: [(&[&str], &[&str]); 18] = [
+    let slips: [(&[&str], &[&str]); 19] = [
         (
             &["run", "quick", "--set", "law.friction=0.2"],
             &["did you mean `participant.third-body.config.law.friction`?"],
@@ -76,6 +76,10 @@ fn slips_are_refused_with_the_word_that_was_meant() {
             &["dpe", "no study that `thirdbody scenes` lists"],
         ),
         (&["explain", "aproach_m"], &["did you mean `approach_m`?"]),
+        (
+            &["explain", "law.contacts"],
+            &["no error, warning, key, result or signal"],
+        ),
         (&["explain", "friktion"], &["did you mean `friction`?"]),
         (
             &["explain", "xyzzy"],

@@ -37,8 +37,11 @@ pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult 
     let hyphened = word.replace('_', "-");
     let code = explanation(word).or_else(|| explanation(&hyphened));
     let code = code.map(|of| format!("{}\n\n{}", of.code, of.text().trim()));
-    let result = results::explained(word);
     let keys = keys(registry);
+    // `law.contacts` is no key, and `law` no participant that has the result `contacts`.
+    let table = word.rsplit_once('.').map(|(table, _)| format!(".{table}."));
+    let is_table = table.is_some_and(|table| keys.iter().any(|(key, _)| key.contains(&table)));
+    let result = results::explained(word).filter(|_| !is_table);
     let texts: Vec<String> = code
         .into_iter()
         .chain(result)
