@@ -127,7 +127,7 @@ impl PairMobility {
 
 /// Ratio c/k of a damper to its parallel spring k (N/m) (s), 2 zeta / omega with omega^2 = k/m.
 ///
-/// Between two bodies that nothing moves along the damper there is none. Where 1/m vanishes as a contact turns to a held direction, so does the
+/// Between two bodies that nothing moves along the damper there is no damper. Where 1/m vanishes as a contact turns to a held direction, so does the
 /// damper: c = 2 zeta sqrt(k m) alone would grow without bound just beside it, and stop what the held body slides past.
 pub fn relaxation(damping: f64, k: f64, pair: PairMobility) -> f64 {
     if pair.along == 0.0 || damping == 0.0 {

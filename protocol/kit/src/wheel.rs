@@ -91,7 +91,7 @@ macro_rules! wheel_keys {
             #[serde(default)]
             #[schemars(range(min = 0.0))]
             pub amplitude_m: f64,
-            /// Frequency f of the sideways motion (1/s).
+            /// Frequency f of the sideways motion (1/s), above 0 where there are cycles.
             #[serde(default)]
             pub frequency_hz: f64,
             /// Time in which the load grows linearly from 0 (s).
