@@ -9,28 +9,28 @@ use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sou
 /// raises numbers by at most that allowance.
 const LINES: [(&str, usize); 19] = [
     ("protocol", 2_323),
-    ("kit", 1_302),
+    ("kit", 1_711),
     ("network", 823),
-    ("fem-kernel", 7_071),
-    ("fem-node", 6_115),
-    ("dem-kernel", 9_588),
-    ("dem-node", 8_028),
-    ("scheme", 4_132),
+    ("fem-kernel", 7_454),
+    ("fem-node", 6_543),
+    ("dem-kernel", 9_784),
+    ("dem-node", 8_369),
+    ("scheme", 4_138),
     ("exchange-log", 2_092),
-    ("scenes", 177),
+    ("scenes", 178),
     ("scenario", 1_402),
-    ("runs", 1_923),
+    ("runs", 1_966),
     ("coordinator", 5_060),
     ("terminal", 363),
     ("draw", 845),
     ("report", 4_535),
     ("study", 4_900),
     ("lab", 3_553),
-    ("coupler", 2_982),
+    ("coupler", 2_983),
 ];
 
 /// Lines in other languages: modules of the Python package, and the player of a movie.
-const BESIDE: usize = 3_248;
+const BESIDE: usize = 3_250;
 
 #[test]
 fn the_crates_have_the_lines_of_their_limits() {

@@ -129,7 +129,7 @@ fn a_report_names_a_changed_field() {
     fails(&movie, 6, &[name, "was changed since"]);
 }
 
-/// Its keys are those of the run only by the hash in the summary, and a summary has at least a status.
+/// The hash in the summary proves that its keys belong to the run, and a summary has at least a status.
 #[test]
 fn a_comparison_finds_another_scenario_and_another_summary() {
     let work = Scratch::new("exchanged");

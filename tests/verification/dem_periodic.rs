@@ -326,7 +326,7 @@ fn keys_that_exclude_a_periodic_strip_are_refused() {
     let bar = |x: f64| json!({"x_m": x, "y_m": R, "radius_m": R, "cluster": "bar"});
     let mut curved = with(json!({"walls": []}));
     curved["wheel"] =
-        json!({"load_n": 1.0, "mass_kg": 1.0, "radius_m": 0.4, "ramp_s": 0.0, "hold_s": 1.0});
+        json!({"load_n": 1.0, "mass_kg": 1.0, "radius_m": 10.0 * R, "ramp_s": 0.0, "hold_s": 1.0});
     let cases = [
         (
             with(json!({"periodic_x_m": [0.0, 7.9 * R]})),

@@ -120,7 +120,6 @@ fn at_rest() -> f64 {
         friction: 0.3,
         friction_while_loading: true,
         increments: INCREMENTS,
-        start: 0.0,
     };
     let state = equilibrium(&rail.model.static_problem(), Some(&loads)).expect("it exists");
     let contact = state.contact.expect("there is a wheel");

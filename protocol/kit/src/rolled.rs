@@ -9,8 +9,8 @@ use crate::rolling::Rolling;
 
 crate::results! {
     /// # Rolling
-    /// - `creepage`: Creepage (V - omega R)/V of a rolling wheel, mean over the last passage or the last
-    ///   half of the distance, as the results beside it.
+    /// - `creepage`: Creepage (V - omega R)/V of a rolling wheel: a signal, and as a result the mean over
+    ///   the last passage or the last half of the distance, as the results beside it.
     /// - `creep_force_n`: Tangential force T of a rolling wheel on what it rolls on, along the face;
     ///   positive brakes.
     /// - `torque_nm`: Braking torque T R on a rolling wheel.
@@ -22,9 +22,6 @@ crate::results! {
     /// - `contact_front_m`: Distance from the centre of a rolling wheel to the front end of its contact.
     /// - `contact_rear_m`: Distance from the centre of a rolling wheel to the rear end of its contact.
     /// - `p0_rolling_pa`: Largest contact pressure below a rolling wheel, over the nodes.
-    /// # Signals
-    /// - `creepage`: Creepage of a rolling wheel.
-    /// - `creep_force_n`: Tangential force of a rolling wheel along the face; positive brakes.
 }
 
 /// The contact of a rolling wheel over a piece of its way.
