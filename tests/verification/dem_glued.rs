@@ -144,12 +144,14 @@ fn an_impulse_on_one_glued_disk_moves_the_other() {
     close("v_g of the other", answer.velocity[3], -0.25 * r / m, 1e-15);
 }
 
-/// Each point of a surface carries half the distances to its neighbours along x.
+/// Each point of a surface carries half the distances to its neighbours along x; a row of which all points have one x is upright.
 #[test]
 fn glued_disks_above_each_other_are_refused_as_a_surface() {
     let mut config = grain_on_glued(json!({"kind": "signorini"}));
     let disks = config["sample"]["disks"].as_array_mut().expect("a list");
-    disks.push(json!({"x_m": 0.0, "y_m": -8.0 * RADIUS, "radius_m": RADIUS, "glued": true}));
+    for x in [0.0, 3.0 * RADIUS] {
+        disks.push(json!({"x_m": x, "y_m": -8.0 * RADIUS, "radius_m": RADIUS, "glued": true}));
+    }
     let error = build(&config).couple("base").expect_err("no length");
     assert!(error.to_string().contains("`base` at x = 0e0 m"), "{error}");
 }

@@ -7,9 +7,10 @@ use kit::results::{ResultKind, results};
 use runs::files::RunFiles;
 
 /// The groups, in the order of a report.
-pub const GROUPS: [&str; 11] = [
+pub const GROUPS: [&str; 12] = [
     "Load and approach",
     "Friction and sliding",
+    "Rolling",
     "Cycles of the wheel on grains",
     "Grains",
     "Bonds",

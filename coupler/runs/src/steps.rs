@@ -62,7 +62,7 @@ impl Steps {
     }
 
     /// The distance between means over the segments of the reference or, if a width is given, over bins centred at its
-    /// multiples, the outermost of which end with the longer line. Squares are weighted by the lengths.
+    /// multiples, the outermost of which end with two lines of the same ends. Squares are weighted by the lengths.
     ///
     /// # Errors
     /// The bins are too wide or too narrow, see [`bin_fits`].
@@ -81,7 +81,14 @@ impl Steps {
                 let last = ends.iter().map(|e| index(e[e.len() - 1], width)).max();
                 let bins: Range<i64> = first.unwrap_or(0)..last.unwrap_or(0) + 1;
                 let bins = bins.map(|k| [-0.5, 0.5].map(|side| (k as f64 + side) * width));
-                let inside = bins.map(|[low, high]| [larger(low, start), -larger(-high, -end)]);
+                // Where two surfaces have the same ends, the outermost bins have them, too. Else a bin lacks what one surface has not.
+                let same = |k: usize| (own[k] - other[k]).abs() <= SAME_END * whole;
+                let [from, to] = if same(0) && same(1) {
+                    [start, end]
+                } else {
+                    [f64::NEG_INFINITY, f64::INFINITY]
+                };
+                let inside = bins.map(|[low, high]| [larger(low, from), -larger(-high, -to)]);
                 inside.filter(|[low, high]| low < high).collect()
             }
         };
@@ -118,6 +125,9 @@ pub fn bin_fits(width: f64, [reference, whole]: [f64; 2]) -> Result<(), String> 
         "bins of {width:e} m do not fit a surface of {reference:.4e} m: differences cancel in wide bins, and narrow bins fill the memory; take {narrowest:.1e} to {widest:.1e} m, a few grains or elements"
     ))
 }
+
+/// Distance of the ends of two surfaces, over their length together, up to which they are at one place.
+const SAME_END: f64 = 1e-9;
 
 /// Number of the bin that contains a position: bin k is centred at k widths.
 fn index(position: f64, width: f64) -> i64 {

@@ -177,17 +177,13 @@ fn surface(bodies: &Bodies, row: &[usize]) -> Surface {
 const UPRIGHT: f64 = 1e-9;
 
 /// Half the distances to the neighbours of points by ascending x (m), at the ends symmetrically; a disk by itself has its width. Distances are along
-/// x, and along y in an upright row, which has none along x.
+/// x, and along y in an upright row, all of whose points have one x.
 fn lengths(x: &[f64], y: &[f64], radius: f64) -> Vec<f64> {
     let n = x.len();
-    let between = |i: usize, j: usize| {
-        let [dx, dy] = [x[j] - x[i], y[j] - y[i]];
-        if dx > UPRIGHT * dy.abs() {
-            dx
-        } else {
-            dy.abs()
-        }
-    };
+    let along = |of: &[f64], i: usize, j: usize| (of[j] - of[i]).abs();
+    let upright = (1..n).all(|i| along(x, i - 1, i) <= UPRIGHT * along(y, i - 1, i));
+    let of = if upright { y } else { x };
+    let between = |i: usize, j: usize| along(of, i, j);
     let length = (0..n).map(|i| match i {
         _ if n == 1 => 2.0 * radius,
         0 => between(0, 1),
