@@ -53,6 +53,9 @@ impl LoadHistory {
     }
 }
 
+/// Loads, prescribed motions, and warnings about sets that supports hold in part.
+type Built = (Vec<Traction>, Vec<PrescribedMotion>, Vec<String>);
+
 /// Tractions and prescribed motions of the scenario, with warnings about nodes that supports hold; components that a motion moves are removed from
 /// the body's own masses.
 pub(crate) fn build(
@@ -60,7 +63,7 @@ pub(crate) fn build(
     mesh: &Mesh,
     body: &mut Body,
     thickness: f64,
-) -> Result<(Vec<Traction>, Vec<PrescribedMotion>, Vec<String>), ConfigError> {
+) -> Result<Built, ConfigError> {
     let (mut tractions, mut motions) = (Vec::new(), Vec::<PrescribedMotion>::new());
     let mut warnings = Vec::new();
     for (name, set) in &config.boundary.0 {

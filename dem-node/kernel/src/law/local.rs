@@ -54,8 +54,7 @@ impl LocalLaw {
             return Err(KernelError::Prescribed { a, b });
         }
         let denominator = block.nn - friction * block.nt.abs();
-        // Written so that a NaN is refused as well.
-        if !(denominator > 0.0) {
+        if denominator <= 0.0 || denominator.is_nan() {
             return Err(KernelError::Denominator {
                 a: pair.0,
                 b: pair.1,
@@ -63,7 +62,8 @@ impl LocalLaw {
             });
         }
         let (held, least) = (block.nt * block.nt / block.nn, PRESCRIBED * block.nn);
-        if !(block.tt - held >= -least) {
+        let excess = block.tt - held;
+        if excess < -least || excess.is_nan() {
             return Err(KernelError::Indefinite {
                 a: pair.0,
                 b: pair.1,
