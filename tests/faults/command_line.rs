@@ -62,6 +62,13 @@ fn the_verification_scenes_hold() {
     suite_holds(&[], 10);
 }
 
+/// Creep of a line contact by Carter and on steel, braking and driving, and a disk below the face of a wheel; the whole suite takes 45 s.
+#[test]
+fn wheels_roll_as_the_exact_answers_say() {
+    suite_holds(&["--suite", "rolling", "--only", "0.64"], 12);
+    suite_holds(&["--suite", "rolling", "--only", "disk"], 15);
+}
+
 #[test]
 fn inputs_at_their_limits_are_right_refused_or_detected() {
     suite_holds(&["--suite", "extremes"], 80);
