@@ -399,7 +399,7 @@ fn an_accepted_starved_window_leaves_the_bonds_unchanged() {
     assert_eq!(adhesion, [1.0; 4]);
 }
 
-/// A grain hangs on a bond below the only glued disk, and its weight opens the bond.
+/// The weight of a grain opens the bond by which it hangs below a glued disk.
 #[test]
 fn a_grain_that_hangs_on_a_glued_disk_has_not_left() {
     let disks = json!([{"x_m": 0.0, "y_m": 0.0, "radius_m": 1e-3, "glued": true}, {"x_m": 0.0, "y_m": -2e-3, "radius_m": 1e-3}]);

@@ -3,9 +3,8 @@
 use dem_kernel::bodies::Bodies;
 use dem_kernel::step::state::GrainState;
 use dem_kernel::step::{StepSummary, WheelTurn};
-use kit::rolled::{RolledPiece, RollingRecord};
+use kit::rolled::{ContactExtent, RolledPiece, RollingRecord};
 use kit::wheel::WheelProgram;
-use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 /// Share of the friction limit from which a contact slides: sliding forces reach it within the tolerance of the solver.
@@ -66,8 +65,7 @@ impl RolledWay {
             .slots
             .iter()
             .filter(|slot| bodies.is_wheel(slot.b as usize));
-        let (mut creep_force, mut stuck, mut closed) = (0.0, 0.0, 0.0);
-        let mut ends = [f64::NEG_INFINITY, f64::INFINITY];
+        let (mut creep_force, mut extent) = (0.0, ContactExtent::default());
         for slot in on_wheel {
             let [normal, tangential] = slot.pressure();
             creep_force += along * slot.force[1];
@@ -76,13 +74,11 @@ impl RolledWay {
             }
             let x = state.centres[slot.a as usize][0];
             let before = along * rolling.apart(x, state.wheel.position[0]);
-            ends = [larger(ends[0], before), -larger(-ends[1], -before)];
             let friction = bodies.law_of(slot.a as usize, slot.b as usize).friction;
-            closed += normal;
-            if tangential.abs() < SLIDING * friction * normal {
-                stuck += normal;
-            }
+            let sticks = tangential.abs() < SLIDING * friction * normal;
+            extent.touch(before, normal, sticks);
         }
+        let (ends, stick) = extent.ends_and_stick();
         self.record.add(
             rolling,
             &RolledPiece {
@@ -92,8 +88,8 @@ impl RolledWay {
                 force_x: -along * step.on_wheel[0],
                 normal: step.on_wheel[1],
                 dissipated,
-                stick: if closed > 0.0 { stuck / closed } else { 0.0 },
-                ends: if closed > 0.0 { ends } else { [0.0; 2] },
+                stick,
+                ends,
                 peak: None,
             },
         );

@@ -23,9 +23,9 @@ impl Dem {
             .and_then(|program| program.rolling.as_ref())
         {
             let radius = self.bodies.wheel_radius;
-            match self.progress.rolled.record.csv(rolling, radius) {
-                text if text.is_empty() => {}
-                text => self.write_map(folder, "passages", &text)?,
+            let text = self.progress.rolled.record.csv(rolling, radius);
+            if !text.is_empty() {
+                self.write_map(folder, "passages", &text)?;
             }
         }
         if let Some(config) = &self.measures.profile {

@@ -315,11 +315,6 @@ pub fn area(p: &[[f64; 2]; 4]) -> f64 {
     0.5 * ((p[2][0] - p[0][0]) * (p[3][1] - p[1][1]) - (p[3][0] - p[1][0]) * (p[2][1] - p[0][1]))
 }
 
-/// A distance along x, or the one to the nearest image in a body that repeats (m).
-pub fn nearest_image(apart: f64, period: Option<f64>) -> f64 {
-    period.map_or(apart, |period| apart - period * (apart / period).round())
-}
-
 /// Drop of a circle of this radius beside its highest point (m), which lies at x = 0; a radius of 0 means flat.
 pub fn circle_drop(radius: f64, x: f64) -> f64 {
     if radius == 0.0 {

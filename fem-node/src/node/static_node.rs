@@ -4,12 +4,11 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use fem_kernel::integrate::state::NodalState;
-use fem_kernel::mesh::{Edge, nearest_image};
 use fem_kernel::statics::history::{IncrementState, StaticLoads, StaticState, Statics};
 use fem_kernel::wheel::node_contact::ContactStatus;
 use fem_kernel::wheel::rolled::rolled_piece;
 use kit::rolled::{RolledPiece, RollingRecord};
-use kit::rolling::Rolling;
+use kit::rolling::{Rolling, nearest_image};
 use kit::wheel::{HOLD, moments, phases};
 use protocol::checkpoint::{pack, unpack};
 use protocol::{
@@ -67,11 +66,8 @@ struct StaticRecord {
 #[derive(Clone, Debug)]
 struct RollingIncrements {
     rolling: Rolling,
-    radius: f64,
     in_place: u64,
     rolled: u64,
-    /// Surfaces of the nodes of the upper edge (m2).
-    areas: Vec<f64>,
 }
 
 /// The sideways motion after the loading.
@@ -162,7 +158,9 @@ impl StaticNode {
     fn roll(&mut self, step: u64) -> Result<(), FemError> {
         let problem = self.model.static_problem();
         let before = self.statics.contact();
-        let (Some(increments), Some(before)) = (&self.rolling, before) else {
+        let (Some(increments), Some(before), Some(wheel)) =
+            (&self.rolling, before, &self.model.wheel)
+        else {
             return Ok(());
         };
         let (rolling, rolled, share) = (
@@ -174,7 +172,7 @@ impl StaticNode {
         let way = rolled - increments.at(step - 1);
         if let Some(after) = self.statics.contact().filter(|_| way > 0.0) {
             let contacts = after.node_contacts();
-            let piece = rolled_piece(&contacts, &increments.areas, increments.radius, rolling);
+            let piece = rolled_piece(&contacts, &wheel.areas, self.model.wheel_radius, rolling);
             let piece = RolledPiece {
                 way,
                 turned: rolling.direction() * (after.turned - before.turned),
@@ -273,7 +271,8 @@ impl StaticNode {
             }
         }
         let rolling = self.rolling.iter();
-        let rolled = rolling.flat_map(|all| self.rolled.results(&all.rolling, all.radius));
+        let radius = self.model.wheel_radius;
+        let rolled = rolling.flat_map(|all| self.rolled.results(&all.rolling, radius));
         let shift = self.model.roll.as_ref().map(Roll::box_shift);
         let rolled = rolled.chain(shift.map(|shift| ("creepage_box_shift", shift)));
         for (name, value) in rolled.chain(self.cycles.results(self.cycling.per_cycle as usize)) {
@@ -290,18 +289,12 @@ impl RollingIncrements {
             return Ok(None);
         };
         let rolling = &roll.rolling;
-        let (_, lengths) = model.mesh.surface(Edge::Top);
         let at_start = rolling.force(0.0).unwrap_or(0.0) != 0.0;
         Ok(Some(RollingIncrements {
-            radius: model.wheel_radius,
             in_place: if at_start { IN_PLACE } else { 0 },
             rolled: config
                 .statics
                 .rolling_increments(rolling, roll.spacing[0])?,
-            areas: lengths
-                .iter()
-                .map(|length| length * model.thickness)
-                .collect(),
             rolling: rolling.clone(),
         }))
     }
@@ -457,7 +450,9 @@ impl Node for StaticNode {
         let held = self.held.as_ref().unwrap_or(&last);
         let results = self.results(held);
         if let Some(increments) = &self.rolling {
-            let table = self.rolled.csv(&increments.rolling, increments.radius);
+            let table = self
+                .rolled
+                .csv(&increments.rolling, self.model.wheel_radius);
             self.snapshots.table("passages", &table)?;
         }
         let findings = self.findings([held, &last]);

@@ -47,6 +47,34 @@ pub struct RolledPiece {
     pub peak: Option<f64>,
 }
 
+/// Ends and sticking share of a contact, point by point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactExtent {
+    ends: Option<[f64; 2]>,
+    stuck: f64,
+    closed: f64,
+}
+
+impl ContactExtent {
+    /// Adds a point that touches at this distance before the centre (m); `weight` is its surface or its force.
+    pub fn touch(&mut self, before: f64, weight: f64, sticks: bool) {
+        let [front, rear] = self.ends.unwrap_or([before; 2]);
+        self.ends = Some([larger(front, before), -larger(-rear, -before)]);
+        self.closed += weight;
+        if sticks {
+            self.stuck += weight;
+        }
+    }
+
+    /// Front and rear end (m), and the share of the weights that sticks; 0 without a contact.
+    pub fn ends_and_stick(self) -> ([f64; 2], f64) {
+        match self.ends {
+            Some(ends) => (ends, self.stuck / self.closed),
+            None => ([0.0; 2], 0.0),
+        }
+    }
+}
+
 /// Sums over a part of the way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Sums {

@@ -50,6 +50,11 @@ pub struct RollingConfig {
     pub spin_inertia_kg_m2: Option<f64>,
 }
 
+/// A distance along x, or the one to the nearest image in a body that repeats (m).
+pub fn nearest_image(apart: f64, period: Option<f64>) -> f64 {
+    period.map_or(apart, |period| apart - period * (apart / period).round())
+}
+
 /// The quantity that is given, over the rolled distance (m).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Drive {
@@ -70,7 +75,7 @@ pub struct Rolling {
     pub distance: f64,
     /// Distance over which the body repeats (m).
     pub period: Option<f64>,
-    /// What is given.
+    /// Creepage or force.
     pub drive: Drive,
     /// Moment of inertia (kg m2) of a wheel that spins freely.
     pub inertia: Option<f64>,
@@ -254,9 +259,7 @@ impl Rolling {
 
     /// Distance of an abscissa from another one (m), over the nearest image of a body that repeats.
     pub fn apart(&self, x: f64, from: f64) -> f64 {
-        let apart = x - from;
-        self.period
-            .map_or(apart, |period| apart - period * (apart / period).round())
+        nearest_image(x - from, self.period)
     }
 
     /// R phi, the length of the face that has rolled off after this distance (m), where the creepage is given: the integral of 1 - zeta.

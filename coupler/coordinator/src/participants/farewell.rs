@@ -37,11 +37,12 @@ const TAKEN: [&str; 6] = [
 fn leave_out_wrong_names(farewell: &mut Farewell) {
     let outcome = &mut farewell.outcome;
     outcome.results.retain(|name, _| {
-        let why = match TAKEN.contains(&name.as_str()) {
-            true => Some(format!(
+        let why = if TAKEN.contains(&name.as_str()) {
+            Some(format!(
                 "names a result `{name}`, which the coordinator reports itself"
-            )),
-            false => fault_of_names("result", std::iter::once(name)),
+            ))
+        } else {
+            fault_of_names("result", std::iter::once(name))
         };
         let left_out = why.map(|why| format!("{why}: it is left out, give it another name"));
         let kept = left_out.is_none();

@@ -74,7 +74,7 @@ impl Detection<'_> {
         bond
     }
 
-    /// How these disks yield along a direction to the dampers of their contact.
+    /// Mobility of these disks along a direction, which sets the dampers of their contact.
     fn mobility(
         &self,
         pair: [u32; 2],
@@ -483,9 +483,13 @@ impl Stepper {
         // The list of pairs follows the way of a wheel that rolls.
         let rolling = bodies.wheel().filter(|_| bodies.rolls);
         let records = problem.records.iter().enumerate();
-        let records = records.map(|(body, r)| match rolling == Some(body) {
-            false => [r.velocity[0], r.velocity[1]],
-            true => [0.0, r.velocity[1]],
+        let records = records.map(|(body, r)| {
+            let along = if rolling == Some(body) {
+                0.0
+            } else {
+                r.velocity[0]
+            };
+            [along, r.velocity[1]]
         });
         let glued = problem.boundary.velocity.chunks_exact(2);
         let glued = glued.map(|v| [v[0], v[1]]);

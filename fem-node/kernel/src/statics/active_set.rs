@@ -53,7 +53,7 @@ pub(super) struct Target {
     pub(super) turn: Option<Turn>,
 }
 
-/// How far a wheel that rolls turns.
+/// Turning of a wheel that rolls, up to a way or a force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Turn {
     /// Length of the face that has rolled off, towards +x (m).

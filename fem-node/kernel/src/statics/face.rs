@@ -1,7 +1,9 @@
 //! The face of the wheel and its gaps above the upper edge.
 
+use kit::rolling::nearest_image;
+
 use super::problem::StaticProblem;
-use crate::mesh::{Edge, nearest_image};
+use crate::mesh::Edge;
 
 /// A rigid face, flat and horizontal or round, that just touches the undeformed edge at its lowest point. For small
 /// displacements the normals stay as they are in this position:

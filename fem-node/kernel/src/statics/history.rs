@@ -205,21 +205,15 @@ impl Statics {
             return Ok(());
         };
         self.increments_done += 1;
-        let turned = rolling.turned(rolled).map(Turn::To);
-        let until = || {
-            rolling
-                .force(rolled)
-                .map(|force| Turn::Until(share * force))
-        };
-        let turn = turned.or_else(until).map(|turn| match turn {
-            Turn::To(arc) => Turn::To(rolling.direction() * arc),
-            Turn::Until(force) => Turn::Until(rolling.direction() * force),
-        });
+        let along = rolling.direction();
+        let (turned, force) = (rolling.turned(rolled), rolling.force(rolled));
+        let to = turned.map(|arc| Turn::To(along * arc));
+        let until = force.map(|force| Turn::Until(along * (share * force)));
         let target = Target {
             load: loads.load,
             lateral: rolling.centre(rolled),
             friction: loads.friction,
-            turn,
+            turn: to.or(until),
         };
         self.go_to(problem, 1.0, target)
     }

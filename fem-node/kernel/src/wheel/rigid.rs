@@ -1,9 +1,10 @@
 //! The rigid wheel of a scenario.
 
+use kit::rolling::nearest_image;
 use kit::wheel::WheelProgram;
 
 use crate::element::body::Body;
-use crate::mesh::{Edge, Mesh, circle_drop, nearest_image};
+use crate::mesh::{Edge, Mesh, circle_drop};
 
 /// Mass, face, friction and damping of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,7 +39,7 @@ pub struct Wheel {
     pub motion_step: u64,
     pub(super) step: f64,
     /// Surfaces of the nodes of the upper edge (m2).
-    pub(super) areas: Vec<f64>,
+    pub areas: Vec<f64>,
     /// Distance along x after which the body repeats (m), if it does.
     pub(super) period: Option<f64>,
 }
@@ -54,10 +55,7 @@ impl Wheel {
     ) -> Wheel {
         let points = mesh.surface_points(Edge::Top);
         let (_, lengths) = mesh.surface(Edge::Top);
-        let start = program
-            .rolling
-            .as_ref()
-            .map_or(0.0, |rolling| rolling.start);
+        let start = program.displacement_at(0.0);
         let period = mesh.period();
         let from_start = |p: &[f64; 2]| [nearest_image(p[0] - start, period), p[1]];
         let below = points.iter().map(from_start);
@@ -80,10 +78,7 @@ impl Wheel {
 
     /// Abscissa of its centre while it is loaded (m).
     pub fn start(&self) -> f64 {
-        self.program
-            .rolling
-            .as_ref()
-            .map_or(0.0, |rolling| rolling.start)
+        self.program.displacement_at(0.0)
     }
 
     /// Mass damping that is added at the end of a step (1/s).

@@ -1,6 +1,6 @@
 //! The contact of a rolling wheel, as its results see it.
 
-use kit::rolled::RolledPiece;
+use kit::rolled::{ContactExtent, RolledPiece};
 use kit::rolling::Rolling;
 use protocol::larger;
 
@@ -16,25 +16,17 @@ pub fn rolled_piece(
 ) -> RolledPiece {
     let along = rolling.direction();
     let mut piece = RolledPiece::default();
-    let (mut ends, mut peak) = ([f64::NEG_INFINITY, f64::INFINITY], 0.0);
-    let (mut stuck, mut closed) = (0.0, 0.0);
+    let mut extent = ContactExtent::default();
     let nodes = contacts.iter().zip(areas);
     for (contact, area) in nodes.filter(|(contact, _)| contact.pressing() > 0.0) {
         piece.creep_force += along * contact.dragging();
         piece.force_x += along * (contact.normal[0] + contact.friction[0]);
         piece.normal -= contact.normal[1] + contact.friction[1];
         let before = along * radius * contact.normal[0] / contact.pressing();
-        ends = [larger(ends[0], before), -larger(-ends[1], -before)];
-        peak = larger(peak, contact.pressing() / area);
-        closed += area;
-        if contact.status == ContactStatus::Stick {
-            stuck += area;
-        }
+        extent.touch(before, *area, contact.status == ContactStatus::Stick);
+        let pressure = contact.pressing() / area;
+        piece.peak = Some(piece.peak.map_or(pressure, |peak| larger(peak, pressure)));
     }
-    if closed > 0.0 {
-        piece.stick = stuck / closed;
-        piece.ends = ends;
-        piece.peak = Some(peak);
-    }
+    (piece.ends, piece.stick) = extent.ends_and_stick();
     piece
 }

@@ -1,11 +1,11 @@
 //! A round face: normals differ from node to node, so that normal and tangential parts couple.
 
+use kit::rolling::nearest_image;
 use protocol::larger;
 
 use super::coulomb::admissible;
 use super::node_contact::{ContactStatus, NodeContact};
 use super::problem::{NodeMotion, WheelStep};
-use crate::mesh::nearest_image;
 use crate::pack::largest;
 
 /// Residual of the natural map over the largest force at which the sweeps end: forces that are right to ten digits

@@ -1,13 +1,13 @@
 //! The state of the wheel at the end of a step.
 
 use kit::rolled::RollingRecord;
+use kit::rolling::nearest_image;
 use serde::{Deserialize, Serialize};
 
 use super::newmark::Newmark;
 use super::node_contact::{NodeContact, count, force_on_wheel};
 use super::rigid::Wheel;
 use super::statistics::CycleStatistics;
-use crate::mesh::nearest_image;
 
 kit::results! {
     /// # Signals
