@@ -20,6 +20,7 @@ pub mod plausible;
 pub mod profile;
 pub mod report;
 pub mod rolled;
+pub mod rolled_layer;
 pub mod snapshot;
 pub mod stress;
 pub mod structure;

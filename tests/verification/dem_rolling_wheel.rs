@@ -114,6 +114,30 @@ fn a_wheel_that_spins_freely_takes_the_force_of_its_brake() {
     }
 }
 
+/// Disks between a floor and a face that slides without turning roll: their velocity grows linearly from the floor to the face, so that each fifth of
+/// their height takes up a fifth of the creepage, and nothing slips. All of them are loose, and those under the wheel count.
+#[test]
+fn disks_that_roll_take_up_the_creepage_in_equal_parts() {
+    let disk = |i: i32| json!({"x_m": R * (2.5 * f64::from(i) + 1.25), "y_m": R, "radius_m": R});
+    let disks: Vec<Value> = (0..10).map(disk).collect();
+    let mut config = layer(0.0, 1.0, json!({"creepage": 1.0, "distance_m": LENGTH}));
+    config["sample"]["disks"] = json!(disks);
+    config["law"]["friction"] = json!(0.9);
+    config["wheel"]["radius_m"] = json!(10.0);
+    let results = rolled(&config).finish().expect("it ends").results;
+    let sites = kit::rolled::LAYER[..kit::rolled::SITES].iter();
+    let sites = Vec::from_iter(sites.map(|name| results[*name]));
+    let exact = [0.0, 0.2, 0.2, 0.2, 0.2, 0.2, 0.0, 0.0];
+    for (site, exact) in sites.iter().zip(exact) {
+        close("share of the creepage", *site, exact, 1e-3);
+    }
+    close("creepage", sites.iter().sum(), results["creepage"], 1e-6);
+    let mass = 7800.0 * std::f64::consts::PI * R * R * 1e-3;
+    for name in ["nip_kg", "loose_nip_kg"] {
+        close(name, results[name], 10.0 * mass, 1.5 * mass);
+    }
+}
+
 #[test]
 fn what_cannot_roll_on_the_grains_is_refused_by_its_key() {
     for (rolling, key) in [

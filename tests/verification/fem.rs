@@ -1,6 +1,7 @@
 //! Verification cases of fem-node. Each file states its problem, the exact answer, its source, and the origin of the tolerance.
 
 mod fem_bodies;
+mod line_contact;
 mod vtk_file;
 
 mod fem_compliance;
@@ -34,6 +35,7 @@ mod fem_rayleigh;
 mod fem_refuse;
 mod fem_repeat;
 mod fem_rolling;
+mod fem_rolling_springs;
 mod fem_rotation;
 mod fem_scene;
 mod fem_set_load;

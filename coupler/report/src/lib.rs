@@ -42,6 +42,7 @@ pub mod page;
 mod profiles;
 pub mod provenance;
 pub mod results;
+mod rolled;
 mod scene;
 pub mod seeds;
 pub mod study;
@@ -191,6 +192,7 @@ fn contact(run: &RunFiles, tables: &Tables, others: &[(&RunFiles, String)]) -> V
     all.extend(plots(tables, &[ledger::reactions(&tables.own)]));
     all.extend(plots(tables, &ledger::loops(&tables.own)));
     all.extend(curves::traction(run, others));
+    all.extend(rolled::traction(run));
     all.extend(plots(tables, &[curves::sliding()]));
     all.extend(curves::sliding_over_velocity(&tables.own));
     all

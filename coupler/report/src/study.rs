@@ -14,7 +14,11 @@ use scenario::error::{Error, Refusal};
 const MANY: usize = 500;
 
 /// Files of pictures, with their captions.
-const PICTURES: [[&str; 2]; 4] = [
+const PICTURES: [[&str; 2]; 5] = [
+    [
+        "curves.svg",
+        "Means over the scenes, with 95 % intervals, over another measure",
+    ],
     [
         "means.svg",
         "Means over the scenes, with 95 % intervals; pale: single scenes",

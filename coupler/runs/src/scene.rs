@@ -32,6 +32,8 @@ pub struct Setup {
     pub wheel_of: Option<String>,
     /// Frequency of the wheel's sideways motion, if there is one (1/s).
     pub wheel_hz: Option<f64>,
+    /// True for a wheel that rolls.
+    pub rolls: bool,
     /// The sets that each interface joins, `participant.set`.
     pub joined: Vec<[String; 2]>,
 }
@@ -60,6 +62,7 @@ impl Setup {
                 radius_m: key(wheel, "radius_m"),
             }),
             wheel_of,
+            rolls: wheel.is_some_and(|wheel| wheel.get("rolling").is_some()),
             wheel_hz: Some(key(wheel, "frequency_hz")).filter(|hz| *hz > 0.0),
             joined: joined.collect(),
             participants: list("participant").map(name).collect(),

@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 
 use super::collect::{Results, cell, line};
+use super::curves;
 use super::ensemble::{self, EnsembleMean, ensemble};
 use super::front::{MeasureFront, Trade, front, knee};
 use super::measure::percent;
@@ -110,6 +111,8 @@ impl<'a> Digest<'a> {
             pictures.push(("means.svg", picture::means(&self.means, keys)));
             let maps = picture::maps(&self.means, keys);
             pictures.extend(maps.map(|maps| ("maps.svg", maps)));
+            let curves = curves::curves(&self.means, &self.results.file.curve);
+            pictures.extend(curves.map(|curves| ("curves.svg", curves)));
         }
         pictures
     }

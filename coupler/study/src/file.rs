@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use scenes::listing::About;
 use serde::{Deserialize, Deserializer};
 
+use super::curves::CurveConfig;
 use super::measure::{Measure, percent, plain};
 use scenario::error::{Error, Refusal};
 use scenario::load::from_toml;
@@ -33,6 +34,9 @@ pub struct StudyFile {
     /// The measures: distances from the reference, and values. A study without a reference may omit them.
     #[serde(default)]
     pub measure: Vec<Measure>,
+    /// Curves of one measure over another, for curves.svg.
+    #[serde(default)]
+    pub curve: Vec<CurveConfig>,
 }
 
 /// The scene and the mode of the sweep.
@@ -235,7 +239,8 @@ impl StudyFile {
                 .check(self.reference.value.as_ref())
                 .map_err(|problem| format!("measure `{}`: {problem}", measure.name))?;
         }
-        Ok(())
+        let names = Vec::from_iter(self.measure.iter().map(|m| m.name.as_str()));
+        self.curve.iter().try_for_each(|curve| curve.check(&names))
     }
 
     fn check_reference(&self) -> Result<(), String> {

@@ -11,6 +11,7 @@
 
 pub mod budget;
 pub mod collect;
+pub mod curves;
 pub mod digest;
 pub mod draft;
 pub mod ensemble;

@@ -23,7 +23,7 @@ const DOWN: [f64; 2] = [14.0, 346.0];
 const LINE_LETTERS: usize = 112;
 /// Colours of measures, distinguishable in grey.
 const COLOURS: [&str; 5] = ["#14468c", "#be5014", "#28823c", "#782882", "#5a5a5a"];
-const BLACK: &str = "#000";
+pub(super) const BLACK: &str = "#000";
 /// The first colour, as line and as area.
 const STROKE: &str = "stroke=\"#14468c\" stroke-width=\"2\"";
 const FILL: &str = "fill=\"#14468c\"";
@@ -292,7 +292,7 @@ fn draw_curves(
 }
 
 /// Draws the means of a line with their intervals, and their single values pale; a line joins means over numbers.
-fn draw_means(
+pub(super) fn draw_means(
     svg: &mut Svg,
     axes: &AxisPair,
     number: usize,
@@ -430,7 +430,7 @@ fn three_digits(x: f64) -> String {
 }
 
 /// Panels, two side by side, each with lines of words below it.
-struct Page {
+pub(super) struct Page {
     svg: Svg,
     panels: usize,
     /// Height of a panel with its words (pixels).
@@ -441,7 +441,7 @@ struct Page {
 }
 
 impl Page {
-    fn new(panels: usize, lines: usize) -> Page {
+    pub(super) fn new(panels: usize, lines: usize) -> Page {
         Page {
             svg: Svg::default(),
             panels,
@@ -461,7 +461,7 @@ impl Page {
     }
 
     /// Draws the next panel.
-    fn draw(&mut self, [x, y]: &[PlotAxis; 2], content: impl Fn(&mut Svg, &AxisPair)) {
+    pub(super) fn draw(&mut self, [x, y]: &[PlotAxis; 2], content: impl Fn(&mut Svg, &AxisPair)) {
         self.drawn += 1;
         self.lines = 0;
         let [left, top] = self.corner();
@@ -476,7 +476,7 @@ impl Page {
     }
 
     /// A legend entry below the panel, with a piece of the line.
-    fn words_of_line(&mut self, number: usize, words: &str) {
+    pub(super) fn words_of_line(&mut self, number: usize, words: &str) {
         let [x, y] = self.place_of_words();
         let style = line_style(number);
         self.svg.line(&style, [x, x + 30.0].map(|x| [x, y - 3.5]));
@@ -484,7 +484,7 @@ impl Page {
     }
 
     /// A line of words below the panel, cut off at the panel's width.
-    fn words(&mut self, colour: &str, words: &str) {
+    pub(super) fn words(&mut self, colour: &str, words: &str) {
         self.write(colour, self.place_of_words(), words);
     }
 
@@ -501,7 +501,7 @@ impl Page {
         self.lines += 1;
     }
 
-    fn svg(&self) -> String {
+    pub(super) fn svg(&self) -> String {
         let rows = self.panels.div_ceil(2);
         self.svg.page([2.0 * PANEL[0], self.height * rows as f64])
     }

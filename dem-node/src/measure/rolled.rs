@@ -7,6 +7,8 @@ use kit::rolled::{ContactExtent, RolledPiece, RollingRecord};
 use kit::wheel::WheelProgram;
 use serde::{Deserialize, Serialize};
 
+use crate::measure::rolled_layer;
+
 /// Share of the friction limit from which a contact slides: sliding forces reach it within the tolerance of the solver.
 const SLIDING: f64 = 0.999;
 
@@ -34,12 +36,12 @@ pub fn turn(
     }
 }
 
-/// Record of a rolling wheel, and the work of friction so far (J).
+/// Record of a rolling wheel, and what friction, dampers, bonds and the time scheme have taken so far (J).
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RolledWay {
     /// The record.
     pub record: RollingRecord,
-    friction: f64,
+    taken: [f64; 4],
 }
 
 impl RolledWay {
@@ -54,8 +56,11 @@ impl RolledWay {
             return;
         };
         let way = program.rolled_at(end) - program.rolled_at(start);
-        let dissipated = state.ledger.friction - self.friction;
-        self.friction = state.ledger.friction;
+        let all = &state.ledger;
+        let taken = [all.friction, all.damping, all.cohesion, all.numerical];
+        let since: [f64; 4] = std::array::from_fn(|k| taken[k] - self.taken[k]);
+        let [dissipated, losses @ ..] = since;
+        self.taken = taken;
         if way <= 0.0 {
             return;
         }
@@ -79,6 +84,7 @@ impl RolledWay {
             extent.touch(before, normal, sticks);
         }
         let (ends, stick) = extent.ends_and_stick();
+        let real = 1.0 - bodies.added_mass_rel;
         self.record.add(
             rolling,
             &RolledPiece {
@@ -91,6 +97,8 @@ impl RolledWay {
                 stick,
                 ends,
                 peak: None,
+                layer: rolled_layer::measure(rolling, (bodies, state), ends, real),
+                losses: Some(losses),
             },
         );
     }

@@ -11,6 +11,7 @@ use super::dem::Dem;
 use crate::measure::flow::Flow;
 use crate::measure::plausible::FinishedRun;
 use crate::measure::report;
+use crate::measure::rolled_layer;
 
 kit::results! {
     /// # Grains
@@ -217,7 +218,12 @@ impl Dem {
             .iter()
             .filter_map(|program| program.rolling.as_ref());
         let record = &self.progress.rolled.record;
-        results.extend(rolling.flat_map(|all| record.results(all, self.bodies.wheel_radius)));
+        for rolling in rolling {
+            let waves = rolled_layer::wave_speed(&self.bodies, state);
+            let speed = waves.map(|waves| ("rolling_speed_rel", rolling.speed.abs() / waves));
+            results.extend(record.results(rolling, self.bodies.wheel_radius));
+            results.extend(speed);
+        }
         let results = results.into_iter().map(|(name, x)| (name.to_string(), x));
         let cycles = self.progress.cycles.results(self.measures.flow.is_some());
         results.chain(cycles).chain(self.force_results()).collect()

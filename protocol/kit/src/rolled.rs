@@ -22,7 +22,45 @@ crate::results! {
     /// - `contact_front_m`: Distance from the centre of a rolling wheel to the front end of its contact.
     /// - `contact_rear_m`: Distance from the centre of a rolling wheel to the rear end of its contact.
     /// - `p0_rolling_pa`: Largest contact pressure below a rolling wheel, over the nodes.
+    /// - `creepage_slip_wheel`: Slip of a rolling wheel over the layer below, over V. With the seven results
+    ///   that follow, it adds up to the creepage.
+    /// - `creepage_layer_5`: Shear of the uppermost fifth of the layer below a rolling wheel, over V.
+    /// - `creepage_layer_4`: Shear of the second fifth from above.
+    /// - `creepage_layer_3`: Shear of the middle fifth.
+    /// - `creepage_layer_2`: Shear of the fourth fifth from above.
+    /// - `creepage_layer_1`: Shear of the lowest fifth.
+    /// - `creepage_slip_base`: Slip of the layer over its base, over V.
+    /// - `creepage_body`: Motion of the surface of the body below the layer, over V.
+    /// - `nip_kg`: Grains between the ends of the contact of a rolling wheel.
+    /// - `loose_nip_kg`: Grains without bonds between the ends of this contact.
+    /// - `loose_ahead_kg`: Grains without bonds ahead of it, up to its own width.
+    /// - `loose_behind_kg`: Grains without bonds behind it, up to its own width.
+    /// - `damping_j_per_m`: Energy that dampers take for each metre rolled.
+    /// - `cohesion_j_per_m`: Energy that bonds lose for each metre rolled.
+    /// - `numerical_j_per_m`: Energy that the time scheme takes for each metre rolled.
 }
+
+/// Names of the losses of grains beside slip.
+pub const LOSSES: [&str; 3] = ["damping_j_per_m", "cohesion_j_per_m", "numerical_j_per_m"];
+
+/// Names of the results of a layer below the wheel: [`SITES`] shares of the creepage, then masses.
+pub const LAYER: [&str; 12] = [
+    "creepage_slip_wheel",
+    "creepage_layer_5",
+    "creepage_layer_4",
+    "creepage_layer_3",
+    "creepage_layer_2",
+    "creepage_layer_1",
+    "creepage_slip_base",
+    "creepage_body",
+    "nip_kg",
+    "loose_nip_kg",
+    "loose_ahead_kg",
+    "loose_behind_kg",
+];
+
+/// Number of sites among them.
+pub const SITES: usize = 8;
 
 /// The contact of a rolling wheel over a piece of its way.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,6 +83,10 @@ pub struct RolledPiece {
     pub ends: [f64; 2],
     /// Largest pressure (Pa), where it is known.
     pub peak: Option<f64>,
+    /// Results of a layer, by [`LAYER`].
+    pub layer: Option<[f64; LAYER.len()]>,
+    /// Losses of the grains (J), by [`LOSSES`].
+    pub losses: Option<[f64; LOSSES.len()]>,
 }
 
 /// Ends and sticking share of a contact, point by point.
@@ -88,6 +130,8 @@ struct Sums {
     stick: f64,
     ends: [f64; 2],
     peak: [f64; 2],
+    layer: (f64, [f64; LAYER.len()]),
+    losses: Option<[f64; LOSSES.len()]>,
 }
 
 impl Sums {
@@ -108,6 +152,14 @@ impl Sums {
         }
         if let Some(peak) = piece.peak {
             self.peak = [self.peak[0] + way, self.peak[1] + way * peak];
+        }
+        if let Some(losses) = piece.losses {
+            let sums = self.losses.get_or_insert_default();
+            *sums = std::array::from_fn(|k| sums[k] + losses[k]);
+        }
+        if let Some(layer) = piece.layer {
+            self.layer.0 += way;
+            self.layer.1 = std::array::from_fn(|k| self.layer.1[k] + way * layer[k]);
         }
     }
 
@@ -134,6 +186,12 @@ impl Sums {
         ];
         if self.peak[0] > 0.0 {
             means.push(("p0_rolling_pa", self.peak[1] / self.peak[0]));
+        }
+        let losses = self.losses.iter().copied().flatten().map(mean);
+        means.extend(LOSSES.into_iter().zip(losses));
+        if self.layer.0 > 0.0 {
+            let own = self.layer.1.map(|sum| sum / self.layer.0);
+            means.extend(LAYER.into_iter().zip(own));
         }
         means
     }
@@ -226,6 +284,8 @@ mod tests {
                     stick: 0.75,
                     ends: [0.1, -0.2],
                     peak: Some(7.0),
+                    layer: None,
+                    losses: None,
                 },
             );
         }

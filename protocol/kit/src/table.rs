@@ -30,11 +30,12 @@ pub fn slope_at(table: &[[f64; 2]], time: f64) -> f64 {
 /// The integral of [`load_at`] from 0 to a time that is not negative (N s).
 pub fn integral_to(table: &[[f64; 2]], time: f64) -> f64 {
     let ends = table.iter().map(|[t, _]| t.clamp(0.0, time));
-    let ends = Vec::from_iter([0.0].into_iter().chain(ends).chain([time]));
-    let mean = |pair: &[f64]| 0.5 * (load_at(table, pair[0]) + load_at(table, pair[1]));
-    ends.windows(2)
-        .map(|pair| (pair[1] - pair[0]) * mean(pair))
-        .sum()
+    let (mut sum, mut from) = (0.0, 0.0);
+    for end in ends.chain([time]) {
+        sum += (end - from) * (0.5 * (load_at(table, from) + load_at(table, end)));
+        from = end;
+    }
+    sum
 }
 
 /// Time from which the force stays constant (s); `None` without a table, and for a constant force.

@@ -11,10 +11,12 @@ use runs::fields::numbers;
 pub struct MovieView {
     name: &'static str,
     extent: Extent,
+    /// True for a view that moves with the wheel.
+    follows: bool,
 }
 
-/// The views of a scene, the initial view first: the contact, if there is one.
-pub fn views(scene: &Scene, focus: [f64; 2], wheel: bool) -> Vec<MovieView> {
+/// The views of a scene, the initial view first: a wheel that rolls, or the contact, if there is one.
+pub fn views(scene: &Scene, focus: [f64; 2], wheel: bool, rolls: bool) -> Vec<MovieView> {
     let (body, layer) = (Extent::around(nodes(scene)), Extent::around(circles(scene)));
     let both = [body, layer].into_iter().flatten();
     let ends = |e: Extent| [([e.x[0], e.y[0]], 0.0), ([e.x[1], e.y[1]], 0.0)];
@@ -40,7 +42,13 @@ pub fn views(scene: &Scene, focus: [f64; 2], wheel: bool) -> Vec<MovieView> {
         }
         _ => around(focus, &whole),
     };
-    let view = |name| move |extent| MovieView { name, extent };
+    let view = |name| {
+        move |extent| MovieView {
+            name,
+            extent,
+            follows: false,
+        }
+    };
     let [whole, contact] = [view("whole")(whole), view("contact")(contact)];
     let mut views: Vec<MovieView> = match (body, close.map(view("close-up"))) {
         (None, Some(close)) => vec![close, whole, contact],
@@ -49,6 +57,14 @@ pub fn views(scene: &Scene, focus: [f64; 2], wheel: bool) -> Vec<MovieView> {
         (Some(_), close) => [contact, whole].into_iter().chain(close).collect(),
     };
     views.dedup_by(|a, b| a.extent == b.extent);
+    if rolls {
+        let near = MovieView {
+            name: "wheel",
+            extent: around(focus, &all),
+            follows: true,
+        };
+        views.insert(0, near);
+    }
     views
 }
 
@@ -56,7 +72,7 @@ impl MovieView {
     /// The view in the form that the page reads (mm).
     pub fn json(&self) -> Value {
         let [x, y] = [self.extent.x, self.extent.y].map(|range| range.map(|end| 1e3 * end));
-        json!({ "name": self.name, "box": [x[0], x[1], y[0], y[1]] })
+        json!({ "name": self.name, "box": [x[0], x[1], y[0], y[1]], "follows": self.follows })
     }
 }
 

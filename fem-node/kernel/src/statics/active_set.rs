@@ -17,6 +17,7 @@
 //! either the increment is halved.
 
 use nalgebra::{DMatrix, DVector};
+use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use super::contact::WheelContact;
@@ -309,12 +310,12 @@ impl ActiveSet {
         along.sum::<f64>() + face.passed(node) - (self.turned - before.turned)
     }
 
-    /// Mean tangential force times slip since `before` over all nodes (J).
+    /// Mean tangential force times slip since `before` over all nodes (J); nothing at a node whose friction has turned round on the way.
     fn slip_work(&self, before: &ActiveSet, face: &Face) -> f64 {
         let slid = |node: &usize| self.status[*node].direction() != 0.0;
         let work = |node| {
             let force = 0.5 * (before.tangential[node] + self.tangential[node]);
-            force * self.slip(before, face, node)
+            larger(0.0, force * self.slip(before, face, node))
         };
         (0..self.status.len()).filter(slid).map(work).sum()
     }

@@ -1,0 +1,111 @@
+//! Traction below a wheel that rolls, at the end of the run, with the zones in which the contact sticks and slips.
+
+use draw::picture::Picture;
+use draw::plot::{BACKGROUND, PlotCurve, plot};
+use runs::files::RunFiles;
+use scenario::overrides::{number, value_at};
+
+use super::curves::column;
+use super::line_contact::{LineContact, friction};
+
+/// Width of the picture in half-widths of the contact to either side.
+const REACH: f64 = 1.5;
+
+/// Share of the largest pressure from which a point belongs to the contact.
+const PRESSED: f64 = 0.01;
+
+/// A point of the surface: distance ahead of the wheel's centre (m), pressure and shear in the direction of rolling (Pa), status.
+type Point = (f64, [f64; 2], String);
+
+/// The picture; `None` for a wheel that does not roll, and without a table of its tractions.
+pub(super) fn traction(run: &RunFiles) -> Option<Picture> {
+    let points = points(run)?;
+    let largest = points
+        .iter()
+        .fold(0.0, |most: f64, (_, [p, _], _)| most.max(*p));
+    let pressed = || {
+        points
+            .iter()
+            .filter(|(_, [p, _], _)| *p > PRESSED * largest)
+    };
+    let half = pressed().fold(0.0, |far: f64, (x, ..)| far.max(x.abs()));
+    let near = |x: f64| x.abs() < REACH * half;
+    let curve = |label: &str, style: usize, of: &dyn Fn(&Point) -> Option<f64>| {
+        let shown = points.iter().filter(|(x, ..)| near(*x));
+        let points = shown.map(|point| (1e3 * point.0, 1e-6 * of(point).unwrap_or(f64::NAN)));
+        PlotCurve {
+            label: label.into(),
+            points: points.collect(),
+            style,
+        }
+    };
+    let mut curves = vec![
+        curve("pressure", 0, &|(_, [p, _], _)| Some(*p)),
+        curve("shear", 1, &|(_, [_, q], _)| Some(*q)),
+    ];
+    if let Some(contact) = LineContact::of(run) {
+        let (x, y) = contact.hertz();
+        let hertz = x.iter().zip(&y).map(|(x, y)| (1e3 * x, 1e-6 * y));
+        curves.push(PlotCurve {
+            label: contact.words(),
+            points: hertz.collect(),
+            style: 4,
+        });
+    }
+    if let Some(friction) = friction(run) {
+        for (label, sign) in [
+            (format!("limit of friction, {friction} p"), 1.0),
+            (String::new(), -1.0),
+        ] {
+            let limit = |(_, [p, _], _): &Point| Some(sign * friction * p);
+            curves.push(curve(&label, BACKGROUND, &limit));
+        }
+    }
+    for (status, label, style) in [("stick", "sticks", 2), ("slip", "slips", 5)] {
+        let zone = |(_, _, own): &Point| (own == status).then_some(0.0);
+        if points.iter().any(|(_, _, own)| own == status) {
+            curves.push(curve(label, style, &zone));
+        }
+    }
+    let words = [
+        "ahead of the wheel's centre (mm)",
+        "traction on the surface (MPa)",
+    ];
+    let stuck = pressed().filter(|(_, _, own)| own == "stick").count();
+    Some(Picture {
+        file: "rolling-traction.svg".into(),
+        caption: "Traction below the rolling wheel at the end; it rolls to the right".into(),
+        alternative: format!(
+            "Pressure and shear at {} points of the contact, of which {stuck} stick.",
+            pressed().count()
+        ),
+        svg: plot(words, false, &curves),
+    })
+}
+
+/// The surface from the rear to the front.
+fn points(run: &RunFiles) -> Option<Vec<Point>> {
+    let keys = run.scenario_table();
+    let setup = run.scenario();
+    let wheel = setup.wheel_of.as_ref()?;
+    let of = |name: &str, key: &str| value_at(&keys, &format!("participant.{name}.config.{key}"));
+    let speed = number(of(wheel, "wheel.rolling.speed_m_per_s")?)?;
+    let centre = *column(&run.signals, "wheel_x_m")?.last()?;
+    let period = setup.participants.iter().find_map(|name| {
+        let repeats = of(name, "mesh.periodic_x")?.as_bool()?;
+        number(of(name, "mesh.width_m")?).filter(|_| repeats)
+    });
+    let text = std::fs::read_to_string(run.field_files("-end-profile.csv").first()?).ok()?;
+    let rows = text.lines().skip(1).filter_map(|line| {
+        let [x, pressure, shear, status] = Vec::from_iter(line.split(',')).try_into().ok()?;
+        let number = |cell: &str| cell.parse::<f64>().ok();
+        let (x, pressure, shear) = (number(x)?, number(pressure)?, number(shear)?);
+        let apart = x - centre;
+        let apart = period.map_or(apart, |period| apart - period * (apart / period).round());
+        let along = 1.0_f64.copysign(speed);
+        Some((along * apart, [pressure, along * shear], status.to_string()))
+    });
+    let mut points = Vec::from_iter(rows);
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    (points.len() > 1).then_some(points)
+}
