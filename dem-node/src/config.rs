@@ -273,8 +273,12 @@ impl DemConfig {
     fn refuse_idle_pairs(&self) -> Result<(), ConfigError> {
         let mut fixed = vec![WHEEL, ROWS[0], ROWS[1]];
         let mut glued = true;
+        let mut grains = usize::MAX;
         match &self.sample {
             SampleConfig::Disks(sample) => {
+                if self.injection.is_none() && self.detachment.is_none() {
+                    grains = sample.grains();
+                }
                 fixed.extend(sample.walls.iter().filter_map(|wall| wall.name.as_deref()));
                 glued = sample.disks.iter().any(|disk| disk.glued && !disk.lid);
             }
@@ -308,6 +312,12 @@ impl DemConfig {
                     ".between",
                     "never touch each other: only grains and clusters have contacts, and a smooth wheel on glued disks; the entry has no effect",
                     "pair one of them with `grains` or a cluster, or remove the entry",
+                ),
+                (
+                    pair.between.iter().filter(|name| **name == GRAINS).count() > grains,
+                    ".between",
+                    "has no contact: too few disks are grains, which belong to no cluster and are not glued; the entry has no effect",
+                    "name clusters, walls or rows, or remove the entry",
                 ),
                 (
                     a == b && a != GRAINS && !is_fixed(a),

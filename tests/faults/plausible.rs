@@ -90,6 +90,26 @@ fn points_much_wider_apart_than_the_nodes_raise_a_warning() {
     assert!(!found("1e-3"));
 }
 
+/// Two pairs of glued disks far apart: `mortar` spreads half of the load over the hole between them.
+#[test]
+fn a_hole_in_a_glued_row_raises_a_warning() {
+    let disks = [-8.8e-3, -8.4e-3, 8.4e-3, 8.8e-3].map(|x| {
+        format!("{{x_m={x:e},y_m=0.0,radius_m=0.2e-3,glued=true}},{{x_m={x:e},y_m=0.4e-3,radius_m=0.2e-3}}")
+    });
+    let sample = format!(
+        "participant.third-body.config.sample={{kind=\"disks\",disks=[{}]}}",
+        disks.join(",")
+    );
+    let found = |mapping: &str| {
+        let mapping = format!("interface.layer-base.mapping={mapping}");
+        let end = "run.end_s=1e-5";
+        let (_, summary, _) = run("quick", &[end, &sample, &mapping], &[]);
+        codes(&summary).contains(&"point_hole")
+    };
+    assert!(found("mortar"));
+    assert!(!found("linear"));
+}
+
 #[test]
 fn bounds_out_of_order_are_refused_by_their_key() {
     for (set, key) in [
@@ -335,17 +355,21 @@ fn keys_of_another_kind_of_run_have_no_effect() {
         "run.output.flush_every_windows=3",
         "run.output.alone_steps=7",
         "run.remote.listen=tcp/127.0.0.1:0",
+        "run.checkpoints_kept=3",
+        "run.deadlines.link_s=9.0",
         "participant.third-body.config.solver.on_not_converged=accept",
     ];
     let (code, summary, _) = run("quick", &[&[SHORT][..], &sets].concat(), &[]);
-    assert_eq!((code, codes(&summary)), (Some(0), vec!["unused_key"; 4]));
+    assert_eq!((code, codes(&summary)), (Some(0), vec!["unused_key"; 6]));
     let warned = summary["warnings"].as_array().expect("a list").iter();
     let warned = warned.filter(|one| one["code"] == "unused_key");
     let about: Vec<&str> = warned.filter_map(|one| one["where"].as_str()).collect();
     let expected = [
         "run.output.flush_every_windows",
         "run.output.alone_steps",
+        "run.checkpoints_kept",
         "run.remote",
+        "run.deadlines.link_s",
         "participant.third-body.config.solver.on_not_converged",
     ];
     assert_eq!(about, expected);

@@ -399,10 +399,11 @@ fn an_accepted_starved_window_leaves_the_bonds_unchanged() {
     assert_eq!(adhesion, [1.0; 4]);
 }
 
-/// The weight of a grain opens the bond by which it hangs below a glued disk.
+/// The weight of grains opens the bonds by which they hang, one below the other, below a glued disk.
 #[test]
-fn a_grain_that_hangs_on_a_glued_disk_has_not_left() {
-    let disks = json!([{"x_m": 0.0, "y_m": 0.0, "radius_m": 1e-3, "glued": true}, {"x_m": 0.0, "y_m": -2e-3, "radius_m": 1e-3}]);
+fn grains_that_hang_on_a_glued_disk_have_not_left() {
+    let disk = |k: i32| json!({"x_m": 0.0, "y_m": -2e-3 * f64::from(k), "radius_m": 1e-3, "glued": k == 0});
+    let disks = Vec::from_iter((0..5).map(disk));
     let law = json!({"kind": "cohesion", "friction": 0.3, "cn_pa_per_m": 1e9, "ct_pa_per_m": 1e9, "w_j_per_m2": 1.0, "b_pa_m_s": 0.0, "p": 1.0,
         "h_prime": "one", "alert_m": 1e-6});
     let sample = json!({"kind": "disks", "disks": disks});

@@ -146,19 +146,22 @@ fn an_interrupted_way_goes_on() {
     let config = block(0.3, 0.3, json!({"creepage": 2e-3}));
     let mut whole = rolled(&config, &setting(1));
     let config: FemConfig = read_config(&config).expect("valid");
-    let mut begun = StaticNode::new(&config, &setting(1)).expect("valid");
-    let half = (0.8 * begun.describe().end_s.expect("it ends")) as u32;
-    begun.advance_alone(&window(0, half)).expect("it converges");
-    let checkpoint = begun.checkpoint().expect("it can be packed");
-    let mut resumed = StaticNode::new(&config, &setting(1)).expect("valid");
-    resumed.restore(&checkpoint).expect("it is of this body");
-    let rest = whole.describe().end_s.expect("it ends") as u32 - half;
-    resumed
-        .advance_alone(&window(1, rest))
-        .expect("it converges");
-    let [one, other] = [&mut whole, &mut resumed].map(|node| node.finish().expect("it ends"));
-    assert_eq!(one.state_hash, other.state_hash);
-    assert_eq!(one.results, other.results);
+    let whole_result = whole.finish().expect("it ends");
+    // While the load grows, and on the way.
+    for share in [0.1, 0.8] {
+        let mut begun = StaticNode::new(&config, &setting(1)).expect("valid");
+        let end = begun.describe().end_s.expect("it ends");
+        let cut = (share * end) as u32;
+        begun.advance_alone(&window(0, cut)).expect("it converges");
+        let checkpoint = begun.checkpoint().expect("it can be packed");
+        let mut resumed = StaticNode::new(&config, &setting(1)).expect("valid");
+        resumed.restore(&checkpoint).expect("it is of this body");
+        let rest = window(1, end as u32 - cut);
+        resumed.advance_alone(&rest).expect("it converges");
+        let other = resumed.finish().expect("it ends");
+        assert_eq!(whole_result.state_hash, other.state_hash, "{share}");
+        assert_eq!(whole_result.results, other.results);
+    }
 }
 
 /// A small block in time, under a wheel with this motion.
@@ -201,6 +204,22 @@ fn a_wheel_without_spin_is_one_that_is_moved_sideways() {
     }
     let [_, pulled] = one.last().expect("it slides");
     assert!(*pulled < -500.0, "{pulled}");
+}
+
+/// Nodes that enter and leave the contact lose energy to the hard face; on its way along the curved face a node neither loses nor gains any.
+#[test]
+fn impacts_below_a_wheel_that_rolls_take_energy() {
+    let rolling = json!({"rolling": {"speed_m_per_s": 25.0, "creepage": 2e-3, "distance_m": 4e-3}});
+    let mut terms = [0.0; 3];
+    run(&mut in_time(rolling), |node, report| {
+        terms = ["impact", "friction", "wheel_drive"].map(|name| reported(node, report, name));
+    });
+    let [impact, friction, drive] = terms;
+    assert!(friction > 0.0 && drive > 0.0, "{terms:?}");
+    assert!(
+        impact > -1e-3 * friction && impact < 0.1 * drive,
+        "{terms:?}"
+    );
 }
 
 #[test]

@@ -81,7 +81,7 @@ fn the_shipped_layer_has_the_creepage_that_its_scene_expects() {
         poisson: 0.3,
         friction: 0.6,
         compliance: [1.052, 0.387],
-        traction: 0.642,
+        traction: 0.644,
         cells: CELLS,
     };
     let found = wheel.roll().creepage;

@@ -38,7 +38,7 @@ pub struct LineContact {
     pub cells: usize,
 }
 
-/// What the wheel does.
+/// The steady state of the wheel.
 #[derive(Clone, Copy, Debug)]
 pub struct Rolled {
     /// zeta R/(mu a).
@@ -208,7 +208,7 @@ struct Contact {
     creepage: f64,
 }
 
-/// Cells of one width, and what a cell does to another.
+/// Cells of one width, and the displacements of a cell by another.
 struct Grid {
     width: f64,
     count: usize,

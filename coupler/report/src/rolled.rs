@@ -109,3 +109,55 @@ fn points(run: &RunFiles) -> Option<Vec<Point>> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     (points.len() > 1).then_some(points)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kit::scratch::Scratch;
+    use runs::table::Table;
+
+    /// A wheel that rolls to the left and stands at x = -4.5 m, on a body that repeats after 10 m: the points at 5 and -4 m lie 0.5 m ahead of it and
+    /// 0.5 m behind, and shear along x is against the rolling.
+    #[test]
+    fn points_are_ahead_of_the_centre_in_the_direction_of_rolling() {
+        let scratch = Scratch::new("rolled", 1);
+        let put = |file: &str, text: &str| {
+            let path = scratch.path().join(file);
+            std::fs::create_dir_all(path.parent().expect("a folder")).expect("writable");
+            std::fs::write(path, text).expect("writable");
+        };
+        put(
+            "scenario.toml",
+            "[[participant]]\nname = \"rail\"\nkind = \"fem\"\n[participant.config]\nmesh = { width_m = 10.0, periodic_x = true }\ncontact.friction = 0.5\nwheel = { radius_m = 1.0, rolling.speed_m_per_s = -2.0 }\n",
+        );
+        put(
+            "fields/rail-end-profile.csv",
+            "x_m,pressure_pa,shear_pa,status\n-4e0,2e6,1e6,slip\n0e0,0e0,0e0,open\n5e0,3e6,-1e6,stick\n",
+        );
+        let run = RunFiles {
+            path: scratch.path().into(),
+            signals: Table {
+                columns: vec![("rail.wheel_x_m".into(), vec![0.0, -4.5])],
+            },
+            ..RunFiles::default()
+        };
+        let found = points(&run).expect("it rolls");
+        let expected: [(f64, [f64; 2], &str); 3] = [
+            (-4.5, [0.0, 0.0], "open"),
+            (-0.5, [2e6, -1e6], "slip"),
+            (0.5, [3e6, 1e6], "stick"),
+        ];
+        for ((x, tractions, status), expected) in found.iter().zip(expected) {
+            assert_eq!((*x, *tractions, status.as_str()), expected);
+        }
+        let picture = traction(&run).expect("a picture");
+        assert!(
+            picture
+                .alternative
+                .contains("2 points of the contact, of which 1 stick")
+        );
+        for words in ["sticks", "slips", "limit of friction, 0.5 p"] {
+            assert!(picture.svg.contains(words), "{words}");
+        }
+    }
+}

@@ -135,6 +135,15 @@ kit::findings! {
     /// - Valid: 0.35.
     /// - Wrong: 9.5 (a disk of 1.9 mm radius on elements of 0.4 mm: 4.77 um for 6.65 um).
     POINT_SPACING = "point_spacing": point_spacing_rel in run = [3.0, 1e300];
+    /// A row of glued points has a hole.
+    ///
+    /// - Why: `mapping = "mortar"` gives each point the surface up to halfway to its neighbours, so that forces of the
+    ///   points beside a hole press on the surface in the hole as well.
+    /// - Do: take `mapping = "linear"`, an interface for each piece of the row, or glue points into the hole.
+    /// - Judged: Largest distance of neighbouring points of an interface with `mapping = "mortar"`, over their median.
+    /// - Valid: 2.2.
+    /// - Wrong: 42 (two pairs of disks 16.8 mm apart: 15.9 um for 17.3 um).
+    POINT_HOLE = "point_hole": point_hole_rel in run = [6.0, 1e300];
 }
 
 /// Compares the force through a participant's interfaces with the load that it holds. `through_n` is the mean force
@@ -330,6 +339,12 @@ pub fn point_spacing(bounds: &Plausible, value: f64) -> Option<Finding> {
         "its points are {value:.1} times as far apart as the nodes that carry them, so that single nodes take the forces and the approach depends on the mesh: lower sample.surface.spacing_m, or take larger elements")
 }
 
+/// The largest hole in an interface's row of points.
+pub fn point_hole(bounds: &Plausible, value: f64) -> Option<Finding> {
+    judge!(bounds => POINT_HOLE, value;
+        "its row of points has a hole {value:.1} times as wide as their distance, and mapping = \"mortar\" spreads forces over it: take mapping = \"linear\", or an interface for each piece of the row")
+}
+
 /// Differences between the two surfaces of an interface.
 pub fn surfaces(bounds: &Plausible, patch: &Patch) -> Vec<Warning> {
     let offset = patch.offset;
@@ -337,6 +352,7 @@ pub fn surfaces(bounds: &Plausible, patch: &Patch) -> Vec<Warning> {
         surface_offset(bounds, offset.shape_rel),
         surface_distance(bounds, offset.distance_rel),
         point_spacing(bounds, offset.spacing_rel),
+        point_hole(bounds, offset.hole_rel),
     ];
     let warnings = found.into_iter().flatten();
     let warnings = warnings.map(|finding| Warning::of(&patch.name, finding));
@@ -474,6 +490,7 @@ mod tests {
         judges([0.01, 0.3], |v| surface_offset(bounds, v));
         judges([10.0, 1e3], |v| surface_distance(bounds, v));
         judges([3.0, 1e300], |v| point_spacing(bounds, v));
+        judges([6.0, 1e300], |v| point_hole(bounds, v));
         let accepted = |windows| {
             let found = not_converged(bounds, windows, 10_000);
             found.map(|finding| finding.suspect)

@@ -44,6 +44,8 @@ pub struct Offset {
     pub distance_rel: f64,
     /// Distance of neighbouring points over the distance of the nodes that carry them: the median along the row.
     pub spacing_rel: f64,
+    /// Largest distance of neighbouring points over their median; 0 where the mapping gives a point no width.
+    pub hole_rel: f64,
 }
 
 /// One interface inside its group.

@@ -293,7 +293,10 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
     let smooth = description.smooth_m.get(&layer.set);
     let shape = smooth.filter(|positions| positions.len() == glued.len());
     let linear = relate(MappingKind::Linear)?;
-    let offset = offset(&linear, &nodes, shape.unwrap_or(&glued), period_m);
+    let mut offset = offset(&linear, &nodes, shape.unwrap_or(&glued), period_m);
+    if interface.mapping == MappingKind::Linear {
+        offset.hole_rel = 0.0;
+    }
     let mapping = relate(interface.mapping)?;
     let active = mapping.active();
     let mapping = mapping.restricted(&active);

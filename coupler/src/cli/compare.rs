@@ -125,7 +125,7 @@ fn tables(comparison: &Comparison, all: bool) -> String {
         let shown = |value: &Option<String>| value.clone().unwrap_or("-".into());
         for (key, [reference, run]) in &comparison.keys {
             let [run, reference] = [run, reference].map(shown);
-            let _ = writeln!(text, "  {key:<58}{run:>20}{reference:>20}");
+            let _ = writeln!(text, "  {key:<57} {run:>20} {reference:>19}");
         }
     }
     let moved = |compared: &Compared| match compared {

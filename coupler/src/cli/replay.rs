@@ -213,7 +213,8 @@ fn chosen(recording: &Recording, arguments: &ReplayArguments) -> Result<Vec<Stri
     let participants = recording.loaded.scenario.participant.iter();
     let mut names: Vec<String> = participants.map(|p| p.name.clone()).collect();
     if arguments.set.is_empty() {
-        names.push("coupler".into());
+        let coupled = !recording.loaded.scenario.interface.is_empty();
+        names.extend(coupled.then(|| "coupler".into()));
     } else {
         let known = names.join(", ");
         names.retain(|name| {

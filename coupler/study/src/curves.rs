@@ -1,63 +1,9 @@
 //! curves.svg: one measure over another, each divided by its own scale, as a field draws them: a line for each group of settings, with a reference.
 
-use serde::Deserialize;
-
 use super::ensemble::EnsembleMean;
+use super::file::CurveConfig;
 use super::picture::{BLACK, Page, draw_means};
 use draw::axis::PlotAxis;
-
-/// A table `[[curve]]` of a study file.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CurveConfig {
-    /// Name of the measure along x.
-    pub x: String,
-    /// Name of the measure along y.
-    pub y: String,
-    /// Divisor of the numbers along x; 1 when absent.
-    #[serde(default = "unit")]
-    pub x_over: f64,
-    /// Divisor of the numbers along y; 1 when absent.
-    #[serde(default = "unit")]
-    pub y_over: f64,
-    /// Words along both axes.
-    pub words: [String; 2],
-    /// What the points of `reference` are.
-    #[serde(default)]
-    pub reference_name: String,
-    /// Points (x, y) of a known curve, in units of the axes.
-    #[serde(default)]
-    pub reference: Vec<[f64; 2]>,
-}
-
-fn unit() -> f64 {
-    1.0
-}
-
-impl CurveConfig {
-    /// Refuses a measure that the study does not have, and a scale that is no number.
-    ///
-    /// # Errors
-    /// What is wrong.
-    pub fn check(&self, measures: &[&str]) -> Result<(), String> {
-        let unknown = [&self.x, &self.y]
-            .into_iter()
-            .find(|name| !measures.contains(&name.as_str()));
-        if let Some(name) = unknown {
-            return Err(format!(
-                "curve: `{name}` is no measure of this study: {}",
-                measures.join(", ")
-            ));
-        }
-        let scales = [("x_over", self.x_over), ("y_over", self.y_over)];
-        let wrong = scales.into_iter().find(|(_, scale)| !scale.is_normal());
-        wrong.map_or(Ok(()), |(key, scale)| {
-            Err(format!(
-                "curve.{key}: is {scale:?}, and must be a number other than 0"
-            ))
-        })
-    }
-}
 
 /// Settings of one line, named by their values up to the last comma, with their numbers along x.
 type Line<'a> = (String, Vec<(f64, &'a EnsembleMean)>);

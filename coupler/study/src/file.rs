@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use scenes::listing::About;
 use serde::{Deserialize, Deserializer};
 
-use super::curves::CurveConfig;
 use super::measure::{Measure, percent, plain};
 use scenario::error::{Error, Refusal};
 use scenario::load::from_toml;
@@ -174,6 +173,59 @@ pub struct KeyValue {
     pub set: Vec<String>,
     /// Another scenario that it stands for, found like the study's; `study.set`, `small.set` and the reference's overrides do not apply to it.
     pub scenario: Option<String>,
+}
+
+/// A table `[[curve]]` of a study file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CurveConfig {
+    /// Name of the measure along x.
+    pub x: String,
+    /// Name of the measure along y.
+    pub y: String,
+    /// Divisor of the numbers along x; 1 when absent.
+    #[serde(default = "unit")]
+    pub x_over: f64,
+    /// Divisor of the numbers along y; 1 when absent.
+    #[serde(default = "unit")]
+    pub y_over: f64,
+    /// Words along both axes.
+    pub words: [String; 2],
+    /// Words for the points of `reference`.
+    #[serde(default)]
+    pub reference_name: String,
+    /// Points (x, y) of a known curve, in units of the axes.
+    #[serde(default)]
+    pub reference: Vec<[f64; 2]>,
+}
+
+fn unit() -> f64 {
+    1.0
+}
+
+impl CurveConfig {
+    /// Refuses a measure that the study does not have, and a scale that is no number.
+    ///
+    /// # Errors
+    /// The measure or the key, and its fault.
+    pub fn check(&self, measures: &[&str]) -> Result<(), String> {
+        let unknown = [&self.x, &self.y]
+            .into_iter()
+            .find(|name| !measures.contains(&name.as_str()));
+        if let Some(name) = unknown {
+            return Err(format!(
+                "curve: `{name}` is no measure of this study: {}",
+                measures.join(", ")
+            ));
+        }
+        let scales = [("x_over", self.x_over), ("y_over", self.y_over)];
+        let wrong = scales.into_iter().find(|(_, scale)| !scale.is_normal());
+        wrong.map_or(Ok(()), |(key, scale)| {
+            Err(format!(
+                "curve.{key}: is {scale:?}, and must be a number other than 0"
+            ))
+        })
+    }
 }
 
 fn shown_value<'de, D: Deserializer<'de>>(value: D) -> Result<String, D::Error> {

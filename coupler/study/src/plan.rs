@@ -11,6 +11,7 @@ use scenario::error::{Error, Refusal};
 use scenario::keys::Scenario;
 use scenario::load::{Loaded, load};
 use scenario::overrides::{key_of, remove_at, value_at};
+use scenes::{STUDY, kept, stands_alone, study_folder};
 
 /// Role of a task in its study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,7 +100,7 @@ impl Plan {
     pub fn read(path: &Path, is_small: bool, set: &[String]) -> Result<Plan, Error> {
         let path = &StudyFile::locate(path);
         let file = StudyFile::read(path)?;
-        let beside = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let beside = beside(path)?;
         let small = match is_small {
             true => file.small.clone(),
             false => Small::default(),
@@ -247,6 +248,17 @@ pub fn runs(tasks: &[Task]) -> Vec<&Task> {
     tasks.iter().filter(|task| seen.insert(&task.id)).collect()
 }
 
+/// The folder of a study. A shipped study whose scenarios are files beside it is unpacked.
+fn beside(path: &Path) -> Result<PathBuf, Error> {
+    let name = path.to_str().filter(|_| !path.exists());
+    let shipped = name.and_then(|name| Some((name, study_folder(name)?)));
+    let with_files = |(_, folder): &(&str, String)| !stands_alone(&format!("{folder}/{STUDY}"));
+    match shipped.filter(with_files) {
+        Some((name, folder)) => Ok(kept::all(name)?.join(folder)),
+        None => Ok(path.parent().unwrap_or(Path::new("")).to_path_buf()),
+    }
+}
+
 /// A scenario beside the study or up to two folders above, because shipped studies lie below the scenes; or a name for `run`.
 fn found(beside: &Path, scenario: &str) -> String {
     let above = beside.ancestors().take(3);
@@ -383,6 +395,19 @@ mod tests {
         assert_eq!(
             (&single[..5], single.len()),
             (&first.map(String::from)[..], 8)
+        );
+    }
+
+    #[test]
+    fn a_shipped_study_finds_the_scenarios_beside_it() {
+        let scratch = kit::scratch::Scratch::new("shipped-study", 1);
+        kept::keep_below(Some(scratch.path().into()));
+        let plan = Plan::read(Path::new("creep-curve"), true, &[]).expect("it is shipped");
+        let names = plan.tasks().expect("its scenarios are valid").into_iter();
+        let names: BTreeSet<String> = names.map(|task| task.loaded.scenario.run.name).collect();
+        assert!(
+            names.contains("creep-clean") && names.contains("creep-layer"),
+            "{names:?}"
         );
     }
 

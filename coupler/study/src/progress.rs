@@ -87,7 +87,9 @@ impl<'a> StudyProgress<'a> {
             && self.done.insert(task.id.clone())
         {
             self.ended(task.index, outcome);
-            if self.first == Some(task.role) && task.scene == 0 && outcome.status == "completed" {
+            // A case with a scenario of its own may lack some measures.
+            let is_first = self.first == Some(task.role) && task.fidelity.is_some();
+            if is_first && task.scene == 0 && outcome.status == "completed" {
                 self.first = None;
                 self.check(task)?;
             }

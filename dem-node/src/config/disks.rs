@@ -102,7 +102,7 @@ pub struct ClusterConfig {
     /// Mass (kg), before `mass_scale`; the sum of the disks, overlaps counted twice, when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass_kg: Option<f64>,
-    /// Moment of inertia about the centre of mass (kg m2), before `mass_scale`; the disks' when absent.
+    /// Moment of inertia about the centre of mass (kg m2), before `mass_scale`. When absent the inertia of the disks, which grows with `mass_kg`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub inertia_kg_m2: Option<f64>,
     /// Velocity of the centre of mass along x at the start (m/s).
@@ -311,6 +311,12 @@ impl DisksConfig {
     /// True if any disks move together.
     pub fn has_clusters(&self) -> bool {
         self.cluster_names().next().is_some()
+    }
+
+    /// Number of grains at the start: disks that move by themselves, and 2 where rectangles are filled with them.
+    pub(super) fn grains(&self) -> usize {
+        let alone = |disk: &&DiskConfig| !disk.glued && disk.cluster.is_none();
+        self.disks.iter().filter(alone).count() + 2 * self.fill.len()
     }
 
     /// Names of the groups of its bodies, for `law.pairs`.

@@ -4,6 +4,7 @@ use dem_kernel::bodies::Bodies;
 use dem_kernel::bodies::faces::{Face, depth_behind};
 use dem_kernel::bodies::geometry::range;
 use dem_kernel::contact::bond;
+use dem_kernel::contact::graph::first_bodies;
 use dem_kernel::step::StepSummary;
 use dem_kernel::step::state::GrainState;
 use protocol::larger;
@@ -159,14 +160,18 @@ fn widest(bodies: &Bodies) -> f64 {
 /// Free grains beyond base, surfaces and lid.
 pub fn lost_grains(bodies: &Bodies, state: &GrainState) -> usize {
     let is_lost = is_lost(bodies);
-    let lost = |grain: &usize| is_lost(&state.centres[*grain]) && !hangs(bodies, state, *grain);
-    state.grains(bodies).filter(lost).count()
+    let lost = |grain: &usize| is_lost(&state.centres[*grain]);
+    without_hanging(bodies, state, state.grains(bodies).filter(lost).collect())
 }
 
-/// True for a grain that is bonded to a glued disk: it has not left, wherever it hangs.
-fn hangs(bodies: &Bodies, state: &GrainState, grain: usize) -> bool {
-    let mut own = bond::holding(&state.bonds).filter(|(a, _)| *a as usize == grain);
-    own.any(|(_, b)| bodies.glued_index(b as usize).is_some())
+/// Number of these grains that no chain of bonds connects with a glued disk: the others have not left, wherever they hang.
+fn without_hanging(bodies: &Bodies, state: &GrainState, gone: Vec<usize>) -> usize {
+    if gone.is_empty() {
+        return 0;
+    }
+    let bonds = Vec::from_iter(bond::holding(&state.bonds));
+    let hangs = first_bodies(bodies.free, &bonds);
+    gone.iter().filter(|grain| !hangs[**grain]).count()
 }
 
 /// Free grains that left the sample: lost grains, and grains on a surface beside it.
@@ -176,8 +181,12 @@ pub fn ejected_grains(bodies: &Bodies, state: &GrainState) -> usize {
     let is_beside =
         |x: f64| ends.is_some_and(|[left, right]| !(left - widest..=right + widest).contains(&x));
     let gone = |centre: &[f64; 2]| is_beside(centre[0]) || is_lost(centre);
-    let ejected = |grain: &usize| gone(&state.centres[*grain]) && !hangs(bodies, state, *grain);
-    state.grains(bodies).filter(ejected).count()
+    let ejected = |grain: &usize| gone(&state.centres[*grain]);
+    without_hanging(
+        bodies,
+        state,
+        state.grains(bodies).filter(ejected).collect(),
+    )
 }
 
 /// Part of its radius by which the centre of a grain may lie behind a surface.

@@ -36,7 +36,7 @@ pub fn turn(
     }
 }
 
-/// Record of a rolling wheel, and what friction, dampers, bonds and the time scheme have taken so far (J).
+/// Record of a rolling wheel, and the losses so far by friction, dampers, bonds and the time scheme (J).
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RolledWay {
     /// The record.

@@ -24,7 +24,7 @@ use crate::measure::loads::grains;
 kit::results! {
     /// # Rolling
     /// - `rolling_speed_rel`: Speed of a rolling wheel over the speed of shear waves in the layer below, whose
-    ///   mass is scaled. A bound from below: the stiffness is that of uniform strain.
+    ///   mass is scaled. A bound from below: uniform strain is assumed.
 }
 
 /// Mean over contacts of velocity and height.
@@ -103,7 +103,7 @@ fn at_contact(bodies: &Bodies, state: &GrainState, slot: &Slot) -> (f64, [f64; 3
     (slot.pressure()[0], values)
 }
 
-/// Mean velocity along x of the grains at a height in the contact; `None` where there are none.
+/// Mean velocity along x of the grains at a height in the contact; `None` without any.
 fn level(
     bodies: &Bodies,
     state: &GrainState,

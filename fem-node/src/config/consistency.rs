@@ -35,11 +35,13 @@ impl FemConfig {
     pub(crate) fn unused_keys(&self) -> Vec<&'static str> {
         let (time, statics) = (&self.time, &self.statics);
         let is_static = self.analysis == Analysis::Static;
-        let cycles = self.wheel.as_ref().is_some_and(|wheel| wheel.cycles > 0.0);
-        let rolls = self
-            .wheel
-            .as_ref()
-            .is_some_and(|wheel| wheel.rolling.is_some());
+        let wheel = self.wheel.as_ref();
+        let cycles = wheel.is_some_and(|wheel| wheel.cycles > 0.0);
+        let rolling = wheel.and_then(|wheel| wheel.rolling.as_ref());
+        let rolls = rolling.is_some();
+        let ramps = |set: &SetConfig| set.ramp_s.is_some() && set.load().is_some();
+        let ramps = self.boundary.0.values().any(ramps);
+        let bare_static = is_static && wheel.is_none();
         let keys = [
             ("time.end_s", is_static && time.end_s.is_some()),
             ("time.safety", is_static && time.safety.is_some()),
@@ -52,9 +54,10 @@ impl FemConfig {
                 "time.stiffness_damping_s",
                 is_static && time.stiffness_damping_s.is_some(),
             ),
+            ("boundary.<set>.ramp_s", is_static && ramps),
             (
                 "statics.increment_n",
-                !self.solves_equilibrium() && statics.increment_n.is_some(),
+                (!self.solves_equilibrium() || bare_static) && statics.increment_n.is_some(),
             ),
             (
                 "statics.increments_per_cycle",

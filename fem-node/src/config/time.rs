@@ -28,7 +28,7 @@ pub struct FemTimeConfig {
     #[schemars(range(min = 0.0))]
     pub stiffness_damping_s: Option<f64>,
     /// Mass damping on body and wheel until the wheel starts to move sideways (1/s), so that it has stopped bouncing by
-    /// then; none when absent.
+    /// then; none when absent. A static analysis does not use it.
     #[schemars(range(min = 0.0))]
     pub start_mass_damping_per_s: Option<f64>,
     /// True accepts a step above the stability limit, to show how the run diverges.

@@ -33,8 +33,8 @@ crate::results! {
     /// - `creepage_body`: Motion of the surface of the body below the layer, over V.
     /// - `nip_kg`: Grains between the ends of the contact of a rolling wheel.
     /// - `loose_nip_kg`: Grains without bonds between the ends of this contact.
-    /// - `loose_ahead_kg`: Grains without bonds ahead of it, up to its own width.
-    /// - `loose_behind_kg`: Grains without bonds behind it, up to its own width.
+    /// - `loose_ahead_kg`: Grains without bonds ahead of this contact, up to its own width.
+    /// - `loose_behind_kg`: Grains without bonds behind this contact, up to its own width.
     /// - `damping_j_per_m`: Energy that dampers take for each metre rolled.
     /// - `cohesion_j_per_m`: Energy that bonds lose for each metre rolled.
     /// - `numerical_j_per_m`: Energy that the time scheme takes for each metre rolled.

@@ -45,7 +45,8 @@ pub struct RollingConfig {
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub ramp_m: f64,
-    /// Moment of inertia of the wheel about its axis (kg m2): with a force or torque over time the wheel spins freely under it.
+    /// Moment of inertia of the wheel about its axis (kg m2): with a force or torque over time the wheel spins freely under it. A static
+    /// analysis does not use it.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spin_inertia_kg_m2: Option<f64>,
 }

@@ -142,6 +142,7 @@ impl WheelProgram {
         let sideways = [
             ("wheel.amplitude_m", self.amplitude_m > 0.0),
             ("wheel.cycles", self.cycles > 0.0),
+            ("wheel.frequency_hz", self.frequency_hz > 0.0),
         ];
         refuse_given(
             sideways.map(|(key, given)| (key, given && self.rolling.is_some())),

@@ -97,11 +97,20 @@ fn unused(loaded: &Loaded) -> Vec<Warning> {
         ),
         ("run.output.alone_steps".into(), coupled, "in a coupled run"),
         (
-            "run.remote".into(),
-            !scenario.participant.iter().any(zenoh),
-            "without a participant over `zenoh`",
+            "run.checkpoints_kept".into(),
+            !output.exchange || scenario.run.checkpoint_every_windows == Some(0),
+            "without checkpoints",
         ),
     ];
+    let elsewhere = scenario.participant.iter().any(zenoh);
+    keys.extend(["run.remote", "run.deadlines.link_s"].map(|key| {
+        let when = "without a participant over `zenoh`";
+        (key.to_string(), !elsewhere, when)
+    }));
+    keys.extend(["gap_rel", "interface_energy_rel"].map(|bound| {
+        let key = format!("run.plausible.{bound}");
+        (key, !coupled, "without an interface")
+    }));
     let built_in = scenario
         .participant
         .iter()

@@ -62,11 +62,17 @@ pub(super) fn offset(
         Some(period) => (nodes[0], [period, 0.0], period),
     };
     let spacing_rel = spacing(nodes, &on_line);
+    let along = on_line.chunks_exact(2);
+    let along =
+        along.map(|at| ((at[0] - first[0]) * span[0] + (at[1] - first[1]) * span[1]) / length);
+    let hole_rel = hole(along.collect(), period_m);
+    let measured = Offset {
+        spacing_rel,
+        hole_rel,
+        ..Offset::default()
+    };
     if nodes.len() == 1 || points.len() < 4 || length == 0.0 {
-        return Offset {
-            spacing_rel,
-            ..Offset::default()
-        };
+        return measured;
     }
     // Along the line s runs from -1 to 1, with P_0 = 1, P_1 = s and P_2 = s^2 - 1/3; distances are along its normal.
     let both = points.iter().zip(on_line.chunks_exact(2));
@@ -87,7 +93,7 @@ pub(super) fn offset(
     let rows = DMatrix::from_fn(points.len(), 3, |i, k| shapes[i][k]);
     let distances = DVector::from_vec(distances);
     let Some(inverse) = (rows.transpose() * &rows).try_inverse() else {
-        return Offset::default();
+        return measured;
     };
     let fitted = &inverse * (rows.transpose() * &distances);
     let rough = &distances - &rows * &fitted;
@@ -104,7 +110,21 @@ pub(super) fn offset(
     Offset {
         shape_rel: shape / spacing,
         distance_rel: fitted[0].abs() / length,
-        spacing_rel,
+        ..measured
+    }
+}
+
+/// Largest distance of neighbours in a row over their median; 0 for fewer than three points.
+fn hole(mut along: Vec<f64>, period_m: Option<f64>) -> f64 {
+    along.sort_by(f64::total_cmp);
+    let round = period_m.zip(along.first());
+    along.extend(round.map(|(period, first)| first + period));
+    let mut gaps = Vec::from_iter(along.windows(2).map(|pair| pair[1] - pair[0]));
+    gaps.sort_by(f64::total_cmp);
+    let median = gaps.get(gaps.len() / 2).copied().unwrap_or(0.0);
+    match gaps.last() {
+        Some(largest) if gaps.len() > 1 && median > 0.0 => largest / median,
+        _ => 0.0,
     }
 }
 
@@ -170,6 +190,16 @@ mod tests {
         assert!((found(&[-0.0, 0.75]) - 1.5).abs() < 1e-12);
         assert!((found(&[0.0, 0.1, 0.2, 0.3, 3.0]) - 0.2).abs() < 1e-12);
         assert_eq!(found(&[0.5]), 0.0);
+    }
+
+    #[test]
+    fn a_hole_in_a_row_is_compared_with_the_other_distances() {
+        assert_eq!(hole(vec![0.0, 1.0, 2.0, 10.0, 11.0], None), 8.0);
+        assert_eq!(hole(vec![2.0, 0.0, 1.0, 3.0], Some(4.0)), 1.0);
+        assert_eq!(hole(vec![0.0, 1.0, 2.0, 3.0], Some(9.0)), 6.0);
+        for row in [vec![], vec![1.0], vec![1.0, 5.0], vec![1.0; 4]] {
+            assert_eq!(hole(row, None), 0.0);
+        }
     }
 
     /// Twelve points on y = c cos(2 pi x / 6) over nodes on y = 0, half of them a period away.

@@ -120,10 +120,13 @@ impl Statics {
     pub fn take_up(&mut self, progress: IncrementState) -> bool {
         let fits = self.contact.is_like(&progress.contact) && self.edge.take_up(progress.edge);
         if fits {
+            let rolled = progress.contact.centre() != self.face.centre();
             self.contact = progress.contact;
-            // What has passed matters within an increment only.
-            let (u, approach) = self.contact.displaced();
-            self.face = self.face.rolled_to(self.contact.centre(), u, approach);
+            // Until it rolls, the wheel has the normals of the undeformed edge. The nodes passed matter within an increment only.
+            if rolled {
+                let (u, approach) = self.contact.displaced();
+                self.face = self.face.rolled_to(self.contact.centre(), u, approach);
+            }
             self.increments_done = progress.increments_done;
         }
         fits

@@ -123,6 +123,12 @@ impl Wheel {
         Some(rolling.direction() * (turned(step + 1)? - turned(step)?))
     }
 
+    /// Gap of a node at this place, seen from the lowest point of a round face (m).
+    pub(super) fn gap(&self, [x, y]: [f64; 2]) -> f64 {
+        let x = nearest_image(x, self.period);
+        round_gap(self.numbers.radius, [x, y]).0
+    }
+
     /// The free spin of a wheel: its mass I/R^2 (kg) at the face, and the braking force at the end of a step, towards +x (N).
     pub(super) fn spin(&self, step: u64) -> Option<[f64; 2]> {
         let rolling = self.program.rolling.as_ref()?;
@@ -133,6 +139,14 @@ impl Wheel {
             rolling.direction() * brake,
         ])
     }
+}
+
+/// Gap of a point, seen from the lowest point of a round face, and its distance from the centre (m): distance - radius without the cancellation on a
+/// large wheel.
+pub(super) fn round_gap(radius: f64, [x, y]: [f64; 2]) -> (f64, f64) {
+    let distance = x.hypot(y - radius);
+    let gap = (x * x + y * y - 2.0 * radius * y) / (distance + radius);
+    (gap, distance)
 }
 
 /// Lowest point of the face when it just touches the points (m), the wheel standing over x = 0.

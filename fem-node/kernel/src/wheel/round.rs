@@ -6,6 +6,7 @@ use protocol::larger;
 use super::coulomb::admissible;
 use super::node_contact::{ContactStatus, NodeContact};
 use super::problem::{NodeMotion, WheelStep};
+use super::rigid::round_gap;
 use crate::pack::largest;
 
 /// Residual of the natural map over the largest force at which the sweeps end: forces that are right to ten digits
@@ -103,7 +104,7 @@ impl LocalProblem {
             ),
             node.point[1] + node.free[1] - wheel.free_height,
         ];
-        let distance = x.hypot(y - radius);
+        let (gap, distance) = round_gap(radius, [x, y]);
         let n = [x / distance, (y - radius) / distance];
         let t = [-n[1], n[0]];
         let ahead = [
@@ -114,8 +115,7 @@ impl LocalProblem {
         let [w_x, w_y] = [node.weight[0], node.weight[1] + wheel.weight];
         let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
         LocalProblem {
-            // distance - radius without the cancellation on a large wheel.
-            gap: (x * x + y * y - 2.0 * radius * y) / (distance + radius),
+            gap,
             slip: dot(t, slip) - wheel.turn,
             w_nn: w_x * n[0] * n[0] + w_y * n[1] * n[1],
             w_nt: w_x * n[0] * t[0] + w_y * n[1] * t[1],

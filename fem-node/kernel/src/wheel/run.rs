@@ -139,6 +139,9 @@ impl WheelRun {
     /// numerical -(b-1/2) b h^2/2 m da^2 - (b h^2/4) m d(a^2)
     /// ```
     ///
+    /// On a round face the path of a node along the face is a chord between two normals, N (du - dX) = r_n dg + remainder: impacts take -r_n dg, with
+    /// the gap g. The remainder is numerical. The normals lead by a step, so that it is -(b + 1/2) N V^2 h/R a second for a wheel that rolls.
+    ///
     /// A face that turns by R dphi moves by -R dphi t more: friction takes -sum r_t R dphi, which the drive gives. A wheel that spins freely has it
     /// from its kinetic energy, and gives -T R dphi to its brake.
     ///
@@ -151,9 +154,12 @@ impl WheelRun {
     ) -> f64 {
         let (h, b, m) = (scheme.step, scheme.damping, wheel.numbers.mass);
         let mean = |old: f64, new: f64| (1.0 - b) * old + b * new;
-        let [mut drive, mut friction, mut impact] = [0.0; 3];
+        let [mut drive, mut friction, mut impact, mut chords] = [0.0; 4];
+        let lowest = [wheel.lateral_at(self.state.step), self.state.height];
         let pairs = self.old.iter().zip(&self.state.contacts).enumerate();
         for (k, (old, new)) in pairs.filter(|(_, (old, new))| old.closed() || new.closed()) {
+            let mut passed = [0.0; 2];
+            let before = impact;
             for (component, at) in [k, wheel.stride + k].into_iter().enumerate() {
                 let du = h * moved.row.v[at] + 0.5 * h * h * moved.row.a[at];
                 let apart = du - moved.wheel[component];
@@ -161,9 +167,19 @@ impl WheelRun {
                 let tangential = mean(old.friction[component], new.friction[component]);
                 friction -= tangential * apart;
                 impact -= normal * apart;
+                passed[component] = apart;
                 if component == 0 {
                     drive += (normal + tangential) * moved.wheel[0];
                 }
+            }
+            if wheel.numbers.radius > 0.0 {
+                let node = &self.nodes[k];
+                let end = [0, 1].map(|c| node.point[c] + node.now[c] - lowest[c]);
+                let start = [0, 1].map(|c| end[c] - passed[c]);
+                let closed = wheel.gap(start) - wheel.gap(end);
+                let taken = mean(old.pressing(), new.pressing()) * closed;
+                chords += impact - before - taken;
+                impact = before + taken;
             }
             if moved.turned != 0.0 {
                 let rolled_off = mean(old.dragging(), new.dragging()) * moved.turned;
@@ -187,6 +203,7 @@ impl WheelRun {
         energies.drive += drive;
         energies.friction += friction;
         energies.impact += impact;
+        energies.numerical += chords;
         energies.mass_damping += drag * m * moved.wheel[1];
         energies.numerical -= 0.25 * b * h * h * m * da * ((2.0 * b - 1.0) * da + sum);
         let brakes = [step - 1, step].map(|step| wheel.spin(step));
