@@ -9,28 +9,28 @@ use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sou
 /// raises numbers by at most that allowance.
 const LINES: [(&str, usize); 19] = [
     ("protocol", 2_323),
-    ("kit", 1_734),
+    ("kit", 1_770),
     ("network", 823),
-    ("fem-kernel", 7_433),
-    ("fem-node", 6_540),
+    ("fem-kernel", 7_461),
+    ("fem-node", 6_543),
     ("dem-kernel", 9_789),
-    ("dem-node", 8_361),
-    ("scheme", 4_138),
+    ("dem-node", 8_552),
+    ("scheme", 4_160),
     ("exchange-log", 2_092),
     ("scenes", 178),
     ("scenario", 1_402),
-    ("runs", 1_973),
-    ("coordinator", 5_061),
+    ("runs", 1_981),
+    ("coordinator", 5_070),
     ("terminal", 363),
     ("draw", 845),
-    ("report", 4_536),
-    ("study", 4_900),
+    ("report", 4_660),
+    ("study", 5_016),
     ("lab", 3_553),
-    ("coupler", 2_983),
+    ("coupler", 2_984),
 ];
 
 /// Lines in other languages: modules of the Python package, and the player of a movie.
-const BESIDE: usize = 3_250;
+const BESIDE: usize = 3_260;
 
 #[test]
 fn the_crates_have_the_lines_of_their_limits() {
