@@ -1,6 +1,7 @@
 //! The body as a participant of a run.
 //!
 //! - [`static_node`]: a body in equilibrium, increment by increment;
+//! - [`reduced_node`]: a linear body in motion as its lowest modes;
 //! - [`fem_node`]: a body in motion, its committed state and the current window;
 //! - `windows`: windows and condensed matrices;
 //! - `report`: signals, energies, results and snapshots;
@@ -10,6 +11,8 @@
 mod answers;
 mod checkpoint;
 pub mod fem_node;
+pub mod reduced_node;
+mod reduced_report;
 mod report;
 pub mod static_node;
 mod windows;

@@ -175,6 +175,7 @@ pub mod interface;
 pub mod material;
 pub mod mesh;
 pub mod pack;
+pub mod reduced;
 pub mod scheme;
 pub mod spectrum;
 pub mod statics;

@@ -22,7 +22,8 @@ impl FemConfig {
         self.check_law()?;
         self.check_period()?;
         self.check_boundary()?;
-        self.check_initial()
+        self.check_initial()?;
+        self.check_reduced()
     }
 
     /// True where an equilibrium is solved for.

@@ -6,6 +6,7 @@ use protocol::{
 };
 
 use super::fem_node::FemNode;
+use super::report::phases_of;
 use super::windows::{COMPLIANCE, FORCE, IMPEDANCE, VELOCITY};
 use crate::error::FemError;
 use crate::interface::window::committed::Committed;
@@ -39,7 +40,7 @@ impl Node for FemNode {
             step_limit_s: Some(self.model.step_limit),
             step_limit_name: limit_name(self.model.scheme.stiffness_damping).into(),
             end_s: self.model.end,
-            phases: self.phases(),
+            phases: phases_of(&self.model),
             moments: self.model.moments.clone(),
             sets: coupling_sets(&self.model),
             signals: signals.map(|(name, _)| name).collect(),

@@ -9,6 +9,7 @@ use protocol::{Finding, Phase};
 use super::fem_node::FemNode;
 use crate::error::FemError;
 use crate::interface::window::extent::WindowInput;
+use crate::model::Model;
 use crate::model::rolling::Roll;
 use crate::output::ledger::NamedTerm;
 use crate::output::plausible;
@@ -178,33 +179,9 @@ impl FemNode {
         hasher.finalize().to_hex().to_string()
     }
 
-    /// Parts of the body's own load history, where it has one and the run has an end.
-    pub(super) fn phases(&self) -> Vec<Phase> {
-        if let Some(wheel) = &self.model.wheel {
-            return wheel.program.phases();
-        }
-        let (loads, motions) = (self.model.tractions.iter(), self.model.motions.iter());
-        let loads = loads.map(|traction| traction.history.settled_at());
-        let ramps = loads.chain(motions.clone().map(|motion| motion.history.settled_at()));
-        let Some((ramp, end)) = ramps.reduce(f64::max).zip(self.model.end) else {
-            return Vec::new();
-        };
-        let ramp = ramp.max(0.0).min(end);
-        let cycles = motions.filter_map(|motion| motion.history.cycles_from());
-        let cycles = cycles.fold(end, f64::min).max(ramp);
-        phases([
-            ("ramp", 0.0, ramp),
-            (HOLD, ramp, cycles),
-            ("cycling", cycles, end),
-        ])
-    }
-
     /// Writes the fields and the contact profile of the committed state; a snapshot of the hold also records its pressures.
     pub(super) fn try_snapshot(&mut self, name: &str) -> Result<(), FemError> {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-        if name.is_empty() || !name.chars().all(plain) {
-            return Err(FemError::SnapshotName { name: name.into() });
-        }
+        refuse_name(name)?;
         let committed = &mut self.committed;
         committed.strain_max =
             plausible::strain_so_far(committed.strain_max, &self.model, &committed.state);
@@ -228,4 +205,34 @@ impl FemNode {
             profile.as_ref(),
         )
     }
+}
+
+/// Parts of the body's own load history, where it has one and the run has an end.
+pub(super) fn phases_of(model: &Model) -> Vec<Phase> {
+    if let Some(wheel) = &model.wheel {
+        return wheel.program.phases();
+    }
+    let (loads, motions) = (model.tractions.iter(), model.motions.iter());
+    let loads = loads.map(|traction| traction.history.settled_at());
+    let ramps = loads.chain(motions.clone().map(|motion| motion.history.settled_at()));
+    let Some((ramp, end)) = ramps.reduce(f64::max).zip(model.end) else {
+        return Vec::new();
+    };
+    let ramp = ramp.max(0.0).min(end);
+    let cycles = motions.filter_map(|motion| motion.history.cycles_from());
+    let cycles = cycles.fold(end, f64::min).max(ramp);
+    phases([
+        ("ramp", 0.0, ramp),
+        (HOLD, ramp, cycles),
+        ("cycling", cycles, end),
+    ])
+}
+
+/// Refuses the name of a snapshot that is no part of a plain file name.
+pub(super) fn refuse_name(name: &str) -> Result<(), FemError> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    if name.is_empty() || !name.chars().all(plain) {
+        return Err(FemError::SnapshotName { name: name.into() });
+    }
+    Ok(())
 }
