@@ -147,7 +147,9 @@ fn cure(step_s: f64, limit_s: f64) -> String {
 /// The spectral radius of a split compliance, infinite where its near part is not positive definite.
 fn radius_in_words(radius: f64) -> String {
     if radius.is_finite() {
-        return format!("a force on points further away comes back {radius:.3} times as large in the next window");
+        return format!(
+            "a force on points further away comes back {radius:.3} times as large in the next window"
+        );
     }
     "its compliance is not positive definite".into()
 }

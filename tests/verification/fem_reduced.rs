@@ -63,21 +63,32 @@ fn all_modes_move_like_the_elements() {
             let (du, theirs) = go(&mut elements, &of_window, &load);
             let (moved, ours) = go(&mut modes, &of_window, &load);
             let apart: Vec<f64> = du.iter().zip(&moved).map(|(a, b)| a - b).collect();
-            assert!(largest(&apart) <= 1e-9 * largest(&du), "b {damping}, window {index}");
+            assert!(
+                largest(&apart) <= 1e-9 * largest(&du),
+                "b {damping}, window {index}"
+            );
             for k in 0..scale.len() {
                 scale[k] = scale[k].max(theirs[k].abs());
                 worst[k] = worst[k].max((theirs[k] - ours[k]).abs());
             }
         }
         for ((name, scale), worst) in ours.iter().zip(scale).zip(worst) {
-            assert!(worst <= 1e-9 * scale, "b {damping}: {name} {worst:e} of {scale:e}");
+            assert!(
+                worst <= 1e-9 * scale,
+                "b {damping}: {name} {worst:e} of {scale:e}"
+            );
         }
     }
 }
 
 #[test]
 fn a_constant_force_brings_the_body_to_its_equilibrium() {
-    for (modes, near) in [(5, json!("auto")), (30, json!("auto")), (30, json!(1.0)), (1, json!(1.0))] {
+    for (modes, near) in [
+        (5, json!("auto")),
+        (30, json!("auto")),
+        (30, json!(1.0)),
+        (1, json!(1.0)),
+    ] {
         let config = with(
             block(),
             json!({"time": {"mass_damping_per_s": 3e5}, "reduced": {"modes": modes, "near_m": near},
@@ -108,7 +119,12 @@ fn a_constant_force_brings_the_body_to_its_equilibrium() {
 #[test]
 fn every_joule_is_accounted_for() {
     let mut far = 0.0f64;
-    for (damping, mass_damping, modes) in [(0.5, 0.0, 20), (0.75, 3e5, 20), (1.0, 0.0, 4), (0.75, 0.0, 156)] {
+    for (damping, mass_damping, modes) in [
+        (0.5, 0.0, 20),
+        (0.75, 3e5, 20),
+        (1.0, 0.0, 4),
+        (0.75, 0.0, 156),
+    ] {
         let config = with(
             block(),
             json!({"time": {"damping": damping, "mass_damping_per_s": mass_damping}, "boundary": loads(),
@@ -130,7 +146,10 @@ fn every_joule_is_accounted_for() {
             let defect =
                 sum(&work, |w| w) - sum(&[Role::Stored], |e| e) - sum(&[Role::Dissipated], |d| d);
             let defect = defect.abs() / sum(&work, f64::abs);
-            assert!(defect <= 1e-12, "b {damping}, {modes} modes, window {index}: {defect:e}");
+            assert!(
+                defect <= 1e-12,
+                "b {damping}, {modes} modes, window {index}: {defect:e}"
+            );
             far = far.max(values[values.len() - 1].abs() / sum(&work, f64::abs));
         }
     }
@@ -159,7 +178,10 @@ fn a_window_is_affine_in_the_force_with_the_columns_as_slope() {
 
 #[test]
 fn a_checkpoint_keeps_every_bit() {
-    let config = with(block(), json!({"reduced": {"modes": 20}, "boundary": loads()}));
+    let config = with(
+        block(),
+        json!({"reduced": {"modes": 20}, "boundary": loads()}),
+    );
     let begin = || {
         let mut node = reduced(&config);
         let count = 2 * node.couple("top").expect("a set").len();
@@ -205,13 +227,25 @@ fn what_has_no_modes_is_refused_by_name() {
     let wheel = json!({"load_n": 1.0, "mass_kg": 0.01, "ramp_s": 1e-4, "hold_s": 1e-4});
     let cases = [
         ("analysis", json!({"analysis": "static"})),
-        ("wheel", json!({"wheel": wheel, "contact": {"friction": 0.3}})),
+        (
+            "wheel",
+            json!({"wheel": wheel, "contact": {"friction": 0.3}}),
+        ),
         ("material.yield_pa", json!({"material": {"yield_pa": 1e9}})),
         ("kinematics", json!({"kinematics": "corotational"})),
         ("base", json!({"base": "free"})),
-        ("time.stiffness_damping_s", json!({"time": {"stiffness_damping_s": 1e-9}})),
-        ("initial.top", json!({"initial": {"top": {"velocity_m_per_s": [0.0, 1.0]}}})),
-        ("boundary.top", json!({"boundary": {"top": {"velocity_m_per_s": [0.0, 1.0]}}})),
+        (
+            "time.stiffness_damping_s",
+            json!({"time": {"stiffness_damping_s": 1e-9}}),
+        ),
+        (
+            "initial.top",
+            json!({"initial": {"top": {"velocity_m_per_s": [0.0, 1.0]}}}),
+        ),
+        (
+            "boundary.top",
+            json!({"boundary": {"top": {"velocity_m_per_s": [0.0, 1.0]}}}),
+        ),
         ("reduced", json!({"reduced": {"omega_max_per_s": 1e6}})),
         ("reduced.modes", json!({"reduced": {"modes": 0}})),
         ("reduced.near_m", json!({"reduced": {"near_m": "far"}})),

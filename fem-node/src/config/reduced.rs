@@ -65,20 +65,44 @@ impl FemConfig {
             return Ok(());
         };
         let help = "give modes = 50, or omega_max_per_s";
-        let count = usize::from(reduced.modes.is_some())
-            + usize::from(reduced.omega_max_per_s.is_some());
+        let count =
+            usize::from(reduced.modes.is_some()) + usize::from(reduced.omega_max_per_s.is_some());
         refuse_if(count > 1, "reduced", "has two numbers of modes", help)?;
         let missing = |error: ConfigError| error.because(Cause::MissingKey);
         refuse_if(count == 0, "reduced", "has no number of modes", help).map_err(missing)?;
         let is_plastic = self.material.law() == MaterialKind::J2;
         let is_damped = self.time.stiffness_damping_s.is_some_and(|time| time > 0.0);
         let refused = [
-            (self.analysis == Analysis::Static, "analysis", "needs no modes"),
-            (self.wheel.is_some(), "wheel", "touches nodes that change from step to step"),
-            (is_plastic, "material.yield_pa", "has no modes once it flows"),
-            (self.kinematics == Kinematics::Corotational, "kinematics", "has no modes where it turns"),
-            (self.base == Base::Free, "base", "moves as a whole, which is no mode"),
-            (is_damped, "time.stiffness_damping_s", "is not carried by the modes"),
+            (
+                self.analysis == Analysis::Static,
+                "analysis",
+                "needs no modes",
+            ),
+            (
+                self.wheel.is_some(),
+                "wheel",
+                "touches nodes that change from step to step",
+            ),
+            (
+                is_plastic,
+                "material.yield_pa",
+                "has no modes once it flows",
+            ),
+            (
+                self.kinematics == Kinematics::Corotational,
+                "kinematics",
+                "has no modes where it turns",
+            ),
+            (
+                self.base == Base::Free,
+                "base",
+                "moves as a whole, which is no mode",
+            ),
+            (
+                is_damped,
+                "time.stiffness_damping_s",
+                "is not carried by the modes",
+            ),
         ];
         for (holds, key, why) in refused {
             let why = format!("does not go with `reduced`: such a body {why}");
@@ -86,7 +110,12 @@ impl FemConfig {
         }
         if let Some(set) = self.initial.0.keys().next() {
             let why = "does not go with `reduced`, whose bodies start at rest";
-            refuse_if(true, &format!("initial.{set}"), why, "remove `reduced` or the velocity")?;
+            refuse_if(
+                true,
+                &format!("initial.{set}"),
+                why,
+                "remove `reduced` or the velocity",
+            )?;
         }
         let mut sets = self.boundary.0.iter();
         let is_moved = |set: &SetConfig| set.prescribed().is_some();

@@ -9,23 +9,17 @@ use fem_kernel::reduced::ReducedBody;
 use fem_kernel::reduced::modes::ModeChoice;
 use fem_kernel::reduced::near::NearChoice;
 use fem_kernel::reduced::surface::{FreeMotion, ReducedState, ReducedSurface, ReducedWindow};
-use protocol::checkpoint::{pack, unpack};
-use protocol::{
-    Capabilities, Description, Node, NodeError, Outcome, Setting, Surface, Term, Window,
-};
+use protocol::{Setting, Window};
 use serde::{Deserialize, Serialize};
 
-use super::checkpoint::foreign;
-use super::reduced_report::ReducedLedger;
-use super::report::phases_of;
 use super::windows::FORCE;
 use crate::config::keys::FemConfig;
 use crate::config::reduced::{NearReach, ReducedConfig};
 use crate::error::FemError;
-use crate::interface::{Interface, coupling_sets, outward_normals, periods};
-use crate::model::{Model, limit_name};
-use crate::output::ledger::NamedTerm;
+use crate::interface::Interface;
+use crate::model::Model;
 use crate::output::probe::PressureMaxima;
+use crate::output::reduced_ledger::ReducedLedger;
 use crate::output::snapshot::Snapshots;
 
 /// Distances of neighbouring exchanged points in the shortest near field that is chosen.
@@ -41,7 +35,7 @@ pub struct ReducedNode {
     pub(super) snapshots: Snapshots,
     pub(super) body: ReducedBody,
     near: NearReach,
-    interface: Interface,
+    pub(super) interface: Interface,
     /// Components that reports read, beside the exchanged ones.
     reported: Vec<usize>,
     /// The surface of the present selection.
@@ -49,10 +43,10 @@ pub struct ReducedNode {
     /// Windows by numbers of steps.
     pub(super) windows: BTreeMap<u32, ReducedWindow>,
     /// The motion of the next window without interface force, and its number of steps.
-    free: Option<(u32, FreeMotion)>,
+    pub(super) free: Option<(u32, FreeMotion)>,
     pub(super) committed: ReducedCommitted,
     /// Last window advanced: index, number of steps, force and displacements.
-    pending: Option<(u64, u32, [Vec<f64>; 2])>,
+    pub(super) pending: Option<(u64, u32, [Vec<f64>; 2])>,
     /// The committed state in the reported components only.
     pub(super) seen: NodalState,
 }
@@ -67,7 +61,7 @@ pub(super) struct ReducedCommitted {
     /// Steps of all windows, repeated ones included.
     pub(super) steps_done: u64,
     /// Windows of modes computed, repeated ones included.
-    mode_windows: u64,
+    pub(super) mode_windows: u64,
     /// Largest pressures at the snapshot of the hold.
     pub(super) hold_maxima: Option<PressureMaxima>,
     /// Largest strain at the ends of the phases so far.
@@ -103,13 +97,13 @@ impl ReducedNode {
     }
 
     /// Forgets everything that belongs to another selection.
-    fn reselect(&mut self) {
+    pub(super) fn reselect(&mut self) {
         (self.surface, self.free, self.pending) = (None, None, None);
         self.windows.clear();
     }
 
     /// The surface of the present selection.
-    fn surface(&mut self) -> &ReducedSurface {
+    pub(super) fn surface(&mut self) -> &ReducedSurface {
         let exchanged = &self.interface.components;
         let (model, body) = (&self.model, &self.body);
         let built = self.surface.is_none();
@@ -131,7 +125,7 @@ impl ReducedNode {
     }
 
     /// Builds the surface, and the window of these steps, unless they are known.
-    fn prepare(&mut self, substeps: u32) -> Result<(), FemError> {
+    pub(super) fn prepare(&mut self, substeps: u32) -> Result<(), FemError> {
         if substeps == 0 {
             return Err(FemError::NoSteps);
         }
@@ -184,14 +178,22 @@ impl ReducedNode {
     }
 
     /// Runs a window under an interface force, and returns the increments of the exchanged components (m).
-    fn try_window(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, FemError> {
+    pub(super) fn try_window(
+        &mut self,
+        window: &Window,
+        force: &[f64],
+    ) -> Result<Vec<f64>, FemError> {
         FORCE.admit(window, force, self.interface.components.len())?;
         self.pending = None;
         self.prepare(window.substeps)?;
         let (model, committed) = (&self.model, &mut self.committed);
         let (surface, of_window) = (self.surface.as_ref(), &self.windows[&window.substeps]);
         let surface = surface.expect("it was prepared");
-        if self.free.as_ref().is_none_or(|(n, _)| *n != window.substeps) {
+        if self
+            .free
+            .as_ref()
+            .is_none_or(|(n, _)| *n != window.substeps)
+        {
             let (start, h) = (committed.steps, model.scheme.step);
             let factor = |load: usize, k: u32| {
                 let history = &model.tractions[load].history;
@@ -211,7 +213,11 @@ impl ReducedNode {
         let before = &committed.state.displacement;
         let increments = displacement.iter().zip(before).map(|(new, old)| new - old);
         let increments = increments.collect();
-        self.pending = Some((window.index, window.substeps, [force.to_vec(), displacement]));
+        self.pending = Some((
+            window.index,
+            window.substeps,
+            [force.to_vec(), displacement],
+        ));
         Ok(increments)
     }
 
@@ -228,7 +234,7 @@ impl ReducedNode {
     }
 
     /// Makes the last window the committed state.
-    fn try_commit(&mut self, window: &Window) -> Result<Vec<f64>, FemError> {
+    pub(super) fn try_commit(&mut self, window: &Window) -> Result<(), FemError> {
         let (substeps, [force, displacement]) = match self.pending.take() {
             Some((index, substeps, input)) if index == window.index => (substeps, input),
             other => {
@@ -245,32 +251,45 @@ impl ReducedNode {
         committed.ledger.add(&energies);
         (committed.state, committed.steps) = (state, committed.steps + u64::from(substeps));
         self.see(&moved);
-        let ledger = &self.committed.ledger;
-        if ledger.kinetic > EXCESS * ledger.supplied {
-            return Err(FemError::EnergyExcess {
-                window: window.index,
-                iteration: window.iteration,
-                step: self.committed.steps,
-                time_s: self.committed.steps as f64 * self.model.scheme.step,
-                kinetic_j: ledger.kinetic,
-                supplied_j: ledger.supplied,
-                step_s: self.model.scheme.step,
-                limit_s: self.model.step_limit,
-            });
+        self.check_energy(window)
+    }
+
+    /// Refuses a diverging run long before its displacements are large.
+    fn check_energy(&self, window: &Window) -> Result<(), FemError> {
+        let (ledger, steps) = (&self.committed.ledger, self.committed.steps);
+        if ledger.kinetic <= EXCESS * ledger.supplied {
+            return Ok(());
         }
-        Ok(self.report())
+        Err(FemError::EnergyExcess {
+            window: window.index,
+            iteration: window.iteration,
+            step: steps,
+            time_s: steps as f64 * self.model.scheme.step,
+            kinetic_j: ledger.kinetic,
+            supplied_j: ledger.supplied,
+            step_s: self.model.scheme.step,
+            limit_s: self.model.step_limit,
+        })
     }
 
     /// Enters the displacements of the surface, and the velocities of probes.
     fn see(&mut self, moved: &[f64]) {
         let exchanged = &self.interface.components;
         let rows = || exchanged.iter().chain(&self.reported);
-        rows().zip(moved).for_each(|(component, u)| self.seen.u[*component] = *u);
+        rows()
+            .zip(moved)
+            .for_each(|(component, u)| self.seen.u[*component] = *u);
         let places = exchanged.iter().zip(&self.committed.state.displacement);
         places.for_each(|(component, u)| self.seen.u[*component] = *u);
-        if let Some(surface) = self.surface.as_ref().filter(|_| !self.model.probes.is_empty()) {
+        if let Some(surface) = self
+            .surface
+            .as_ref()
+            .filter(|_| !self.model.probes.is_empty())
+        {
             let velocities = surface.velocities(&self.committed.state);
-            rows().zip(velocities).for_each(|(component, v)| self.seen.v[*component] = v);
+            rows()
+                .zip(velocities)
+                .for_each(|(component, v)| self.seen.v[*component] = v);
         }
     }
 
@@ -282,10 +301,14 @@ impl ReducedNode {
         let t = committed.steps as f64 * self.model.scheme.step;
         for load in &self.model.tractions {
             let factor = load.history.factor(t);
-            load.forces.iter().for_each(|(c, f)| force[*c] += factor * f);
+            load.forces
+                .iter()
+                .for_each(|(c, f)| force[*c] += factor * f);
         }
         let exchanged = self.interface.components.iter();
-        exchanged.zip(&committed.state.force).for_each(|(c, f)| force[*c] += f);
+        exchanged
+            .zip(&committed.state.force)
+            .for_each(|(c, f)| force[*c] += f);
         let [u, v] = self.body.recovered(&committed.state.mode_states(), &force);
         let mut state = NodalState::at_rest(&self.model.body);
         state.u.copy_from_slice(&u);
@@ -294,7 +317,9 @@ impl ReducedNode {
     }
 
     pub(super) fn residual_share(&self) -> f64 {
-        self.surface.as_ref().map_or(0.0, |surface| surface.residual_share)
+        self.surface
+            .as_ref()
+            .map_or(0.0, |surface| surface.residual_share)
     }
 }
 
@@ -304,112 +329,11 @@ fn reported_components(model: &Model) -> Vec<usize> {
     let probes = model.probes.iter().flat_map(|probe| probe.at());
     let probes = probes.flat_map(|node| [0, 1].map(|k| layout.index(node, k)));
     let edge = model.mesh.edge(Edge::Top).into_iter();
-    let mut all: Vec<usize> = edge.map(|node| layout.index(node, 1)).chain(probes).collect();
+    let mut all: Vec<usize> = edge
+        .map(|node| layout.index(node, 1))
+        .chain(probes)
+        .collect();
     all.sort_unstable();
     all.dedup();
     all
-}
-
-impl Node for ReducedNode {
-    fn describe(&self) -> Description {
-        let model = &self.model;
-        let term = |(role, name, _): NamedTerm| Term {
-            name: name.into(),
-            role,
-        };
-        Description {
-            kind: "fem".into(),
-            software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
-            capabilities: Capabilities {
-                rollback: true,
-                advance: true,
-                columns: true,
-                alone: true,
-                resume: true,
-                ..Capabilities::default()
-            },
-            step_s: Some(model.scheme.step),
-            step_limit_s: Some(model.step_limit),
-            step_limit_name: limit_name(model.scheme.stiffness_damping).into(),
-            end_s: model.end,
-            phases: phases_of(model),
-            moments: model.moments.clone(),
-            sets: coupling_sets(model),
-            signals: self.signals().into_iter().map(|(name, _)| name).collect(),
-            ledger: self.terms().map(term).collect(),
-            warnings: model.warnings.clone(),
-            first_period_s: Some(model.first_period()),
-            outward: outward_normals(model),
-            period_m: periods(model),
-            ..Description::default()
-        }
-    }
-
-    fn couple(&mut self, set: &str) -> Result<Surface, NodeError> {
-        self.reselect();
-        Ok(self.interface.couple(&self.model, set)?)
-    }
-
-    fn select(&mut self, points: &[usize]) -> Result<(), NodeError> {
-        self.reselect();
-        Ok(self.interface.select(&self.model, points)?)
-    }
-
-    fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
-        self.prepare(window.substeps)?;
-        Ok(self.windows[&window.substeps].field.near.clone())
-    }
-
-    fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
-        Ok(self.try_window(window, force)?)
-    }
-
-    fn commit(&mut self, window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError> {
-        if !displacement.is_empty() {
-            let (window, count) = (window.index, displacement.len());
-            return Err(FemError::Dictated { window, count }.into());
-        }
-        Ok(self.try_commit(window)?)
-    }
-
-    fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
-        let none = vec![0.0; self.interface.components.len()];
-        self.advance(window, &none)?;
-        self.commit(window, &[])
-    }
-
-    fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
-        self.surface();
-        pack(&(&self.committed, self.state_hash()))
-    }
-
-    fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
-        let (committed, hash): (ReducedCommitted, String) = unpack(state)?;
-        if !self.surface().fits(&committed.state) {
-            return foreign("its modes or its exchanged points differ");
-        }
-        self.committed = committed;
-        (self.pending, self.free) = (None, None);
-        if self.state_hash() != hash {
-            return foreign("the hash of its numbers differs");
-        }
-        Ok(())
-    }
-
-    fn snapshot(&mut self, name: &str) -> Result<(), NodeError> {
-        Ok(self.try_snapshot(name)?)
-    }
-
-    fn finish(&mut self) -> Result<Outcome, NodeError> {
-        let last = self.recovered();
-        let windows = self.committed.mode_windows as f64;
-        Ok(Outcome {
-            steps: self.committed.steps_done,
-            work: BTreeMap::from([("mode_windows".into(), windows)]),
-            results: self.results(&last),
-            state_hash: self.state_hash(),
-            findings: self.findings(&last),
-            ..Outcome::default()
-        })
-    }
 }

@@ -3,11 +3,9 @@
 use std::collections::BTreeMap;
 
 use fem_kernel::integrate::state::NodalState;
-use fem_kernel::reduced::surface::ReducedEnergies;
 use kit::judge;
 use kit::wheel::HOLD;
-use protocol::{Finding, Role, larger};
-use serde::{Deserialize, Serialize};
+use protocol::Finding;
 
 use super::reduced_node::ReducedNode;
 use super::report::refuse_name;
@@ -25,9 +23,6 @@ kit::results! {
     /// - `reduced_static_share`: Share of the static flexibility of the coupled points that moves without mass.
     /// - `reduced_near_m`: Distance within which a force moves points in the same window.
     /// - `reduced_near_radius`: Spectral radius of far over near compliance: how much of a change of force returns one window later.
-    /// # Signals of the ledger
-    /// - `residual_loss_j`: Energy that the massless flexibility of a reduced body took when its force jumped.
-    /// - `far_field_j`: Energy that a reduced body took because distant points follow one window late; of either sign.
 }
 
 kit::findings! {
@@ -39,38 +34,6 @@ kit::findings! {
     /// - Valid: 0.001 (`quick-bonded` with 50 modes).
     /// - Wrong: 0.2.
     FAR_FIELD = "far_field": far_field_rel in fem = [0.02, 0.2];
-}
-
-/// Cumulative energies since the start (J); their formulas are those of [`ReducedEnergies`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct ReducedLedger {
-    interface_work: f64,
-    applied_work: f64,
-    strain: f64,
-    pub(super) kinetic: f64,
-    mass_damping: f64,
-    numerical: f64,
-    residual_loss: f64,
-    far_field: f64,
-    /// Energy that the far field gave, without what it took.
-    far_given: f64,
-    /// Largest work so far.
-    pub(super) supplied: f64,
-}
-
-impl ReducedLedger {
-    /// Adds a window.
-    pub(super) fn add(&mut self, window: &ReducedEnergies) {
-        self.interface_work += window.interface_work;
-        self.applied_work += window.applied_work;
-        self.mass_damping += window.losses.mass_damping;
-        self.numerical += window.losses.numerical;
-        self.residual_loss += window.residual_loss;
-        self.far_field += window.lag;
-        self.far_given += (-window.lag).max(0.0);
-        (self.strain, self.kinetic) = (window.strain, window.kinetic);
-        self.supplied = larger(self.supplied, self.interface_work + self.applied_work);
-    }
 }
 
 impl ReducedNode {
@@ -87,7 +50,9 @@ impl ReducedNode {
         let (model, seen) = (&self.model, &self.seen);
         let mut signals = probe::surface_signals(model, seen);
         let points = self.committed.state.force.chunks_exact(2);
-        let [x, y] = points.fold([0.0; 2], |sum, point| [sum[0] + point[0], sum[1] + point[1]]);
+        let [x, y] = points.fold([0.0; 2], |sum, point| {
+            [sum[0] + point[0], sum[1] + point[1]]
+        });
         signals.extend([
             ("interface_force_x_n".into(), x),
             ("interface_force_y_n".into(), y),
@@ -106,18 +71,7 @@ impl ReducedNode {
             "mass_damping" => model.scheme.mass_damping > 0.0,
             _ => true,
         };
-        let ledger = &self.committed.ledger;
-        let terms = [
-            (Role::InterfaceWork, "interface_work", ledger.interface_work),
-            (Role::Work, "applied_work", ledger.applied_work),
-            (Role::Stored, "strain", ledger.strain),
-            (Role::Stored, "kinetic", ledger.kinetic),
-            (Role::Dissipated, "mass_damping", ledger.mass_damping),
-            (Role::Dissipated, "numerical_loss", ledger.numerical),
-            (Role::Dissipated, "residual_loss", ledger.residual_loss),
-            (Role::Dissipated, "far_field", ledger.far_field),
-        ];
-        terms.into_iter().filter(present)
+        self.committed.ledger.terms().into_iter().filter(present)
     }
 
     /// Results of the hold, or of the last state without a hold.
@@ -129,12 +83,17 @@ impl ReducedNode {
         let modes = &self.body.modes;
         let mut add = |name: &str, value: f64| results.insert(format!("reduced_{name}"), value);
         add("modes", modes.omega.len() as f64);
-        add("omega_max_per_s", modes.omega.last().copied().unwrap_or(0.0));
+        add(
+            "omega_max_per_s",
+            modes.omega.last().copied().unwrap_or(0.0),
+        );
         add("static_share", self.residual_share());
         if let Some((substeps, window)) = self.windows.last_key_value() {
             let window_s = self.model.scheme.step * f64::from(*substeps);
             let turns = |omega: f64| omega * window_s / std::f64::consts::TAU;
-            modes.neglected.map(|omega| add("window_turns", turns(omega)));
+            modes
+                .neglected
+                .map(|omega| add("window_turns", turns(omega)));
             add("near_m", window.field.reach);
             add("near_radius", window.field.radius);
         }
@@ -163,9 +122,8 @@ impl ReducedNode {
         let (state, ledger) = (&self.committed.state, &self.committed.ledger);
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.committed.steps.to_le_bytes());
-        let energies = [ledger.interface_work, ledger.applied_work, ledger.numerical];
-        let more = [ledger.mass_damping, ledger.residual_loss, ledger.far_field];
-        let numbers = state.numbers().chain(energies).chain(more);
+        let energies = ledger.terms().map(|(.., value)| value);
+        let numbers = state.numbers().chain(energies);
         numbers.for_each(|number| {
             hasher.update(&number.to_le_bytes());
         });
