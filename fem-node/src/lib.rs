@@ -41,7 +41,7 @@
 //! - [`model`]: everything that does not change during a run: boundary and initial conditions, the step;
 //! - [`output`]: energies, signals, pressures, fields and checks of plausibility;
 //! - `interface`: the coupled sets, and the windows between two exchanges;
-//! - [`node`]: the body as a participant, in motion or in equilibrium.
+//! - [`node`]: the body as a participant, in motion, as its modes, or in equilibrium.
 //!
 //! # Equations, functions, sources
 //!

@@ -176,6 +176,25 @@ fn a_window_is_affine_in_the_force_with_the_columns_as_slope() {
     }
 }
 
+/// A set that carries two layers is coupled twice, each time with points of its own.
+#[test]
+fn two_layers_may_lie_on_one_edge() {
+    let keys = json!({"reduced": {"modes": 1000, "near_m": 1.0}});
+    let (mut elements, mut modes) = (node(&block()), reduced(&with(block(), keys)));
+    for node in [&mut elements as &mut dyn Node, &mut modes] {
+        let count = [0, 1].map(|_| node.couple("top").expect("a set").len())[0];
+        node.select(&[1, 2, 3, count + 8, count + 9])
+            .expect("points of the set");
+    }
+    for index in 0..20 {
+        let load = force(10, index);
+        let (theirs, _) = go(&mut elements, &window(index, 10), &load);
+        let (ours, _) = go(&mut modes, &window(index, 10), &load);
+        let apart: Vec<f64> = theirs.iter().zip(&ours).map(|(a, b)| a - b).collect();
+        assert!(largest(&apart) <= 1e-9 * largest(&theirs), "window {index}");
+    }
+}
+
 #[test]
 fn a_checkpoint_keeps_every_bit() {
     let config = with(
@@ -259,4 +278,46 @@ fn what_has_no_modes_is_refused_by_name() {
     let config = with(block(), json!({"reduced": {}}));
     let error = fem_node::check(&config, &setting(1)).expect_err("no number of modes");
     assert_eq!(error.key, "reduced", "{error}");
+}
+
+#[test]
+fn a_largest_frequency_gives_the_modes_below() {
+    let built = |keys: Value| {
+        let config: FemConfig =
+            read_config(with(block(), json!({"reduced": keys}))).expect("valid");
+        let reduced = config.reduced.expect("it is reduced");
+        let node = ReducedNode::new(&config, reduced, &setting(1));
+        node.map(|mut node| node.finish().expect("it ends").results)
+    };
+    let twenty = built(json!({"modes": 20})).expect("it is held");
+    let omega = twenty["reduced_omega_max_per_s"];
+    for (factor, modes) in [(1.0001, 20.0), (0.9999, 19.0)] {
+        let found = built(json!({"omega_max_per_s": factor * omega})).expect("it is held");
+        assert_eq!(found["reduced_modes"], modes, "{omega}");
+    }
+    let error = built(json!({"omega_max_per_s": 1e3})).expect_err("no mode is so slow");
+    assert!(
+        error.to_string().contains("reduced.omega_max_per_s"),
+        "{error}"
+    );
+}
+
+#[test]
+fn forces_that_change_from_window_to_window_are_reported() {
+    let found = |modes: u32, near: Value| {
+        let keys = json!({"reduced": {"modes": modes, "near_m": near}});
+        let mut node = reduced(&with(block(), keys));
+        let count = 2 * node.couple("top").expect("a set").len();
+        for index in 0..100 {
+            go(&mut node, &window(index, 10), &force(count, index));
+        }
+        let findings = node.finish().expect("it ends").findings;
+        let mut findings = findings.into_iter();
+        let far = findings.find(|finding| finding.code == "far_field");
+        far.map(|finding| finding.value)
+    };
+    let value = found(5, json!("auto")).expect("forces change in each window");
+    println!("the far field gave {value:.3} of the work");
+    assert!(value > 0.02, "{value}");
+    assert_eq!(found(5, json!(1.0)), None, "there is no far field");
 }

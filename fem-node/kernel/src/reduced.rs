@@ -67,7 +67,7 @@ impl ReducedBody {
         let factor = Factor::new(problem)?;
         Ok(ReducedBody {
             scheme,
-            modes: Modes::lowest(problem.body, &factor, choice),
+            modes: Modes::lowest(problem.body, &factor, choice)?,
             factor,
             length: problem.body.layout.len(),
         })

@@ -3,26 +3,16 @@
 use std::collections::BTreeMap;
 
 use protocol::checkpoint::{pack, unpack};
-use protocol::{Capabilities, Description, Node, NodeError, Outcome, Surface, Term, Window};
+use protocol::{Capabilities, Description, Node, NodeError, Outcome, Surface, Window};
 
 use super::checkpoint::foreign;
 use super::reduced_node::{ReducedCommitted, ReducedNode};
-use super::report::phases_of;
+use super::report::described;
 use crate::error::FemError;
-use crate::interface::{coupling_sets, outward_normals, periods};
-use crate::model::limit_name;
-use crate::output::ledger::NamedTerm;
 
 impl Node for ReducedNode {
     fn describe(&self) -> Description {
-        let model = &self.model;
-        let term = |(role, name, _): NamedTerm| Term {
-            name: name.into(),
-            role,
-        };
         Description {
-            kind: "fem".into(),
-            software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
             capabilities: Capabilities {
                 rollback: true,
                 advance: true,
@@ -31,20 +21,8 @@ impl Node for ReducedNode {
                 resume: true,
                 ..Capabilities::default()
             },
-            step_s: Some(model.scheme.step),
-            step_limit_s: Some(model.step_limit),
-            step_limit_name: limit_name(model.scheme.stiffness_damping).into(),
-            end_s: model.end,
-            phases: phases_of(model),
-            moments: model.moments.clone(),
-            sets: coupling_sets(model),
-            signals: self.signals().into_iter().map(|(name, _)| name).collect(),
-            ledger: self.terms().map(term).collect(),
-            warnings: model.warnings.clone(),
-            first_period_s: Some(model.first_period()),
-            outward: outward_normals(model),
-            period_m: periods(model),
-            ..Description::default()
+            late_far_field: self.has_far_field(),
+            ..described(&self.model, self.signals(), self.terms())
         }
     }
 
@@ -93,7 +71,7 @@ impl Node for ReducedNode {
             return foreign("its modes or its exchanged points differ");
         }
         self.committed = committed;
-        (self.pending, self.free) = (None, None);
+        (self.pending, self.free, self.far) = (None, None, None);
         if self.state_hash() != hash {
             return foreign("the hash of its numbers differs");
         }

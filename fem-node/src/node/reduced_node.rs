@@ -9,6 +9,7 @@ use fem_kernel::reduced::ReducedBody;
 use fem_kernel::reduced::modes::ModeChoice;
 use fem_kernel::reduced::near::NearChoice;
 use fem_kernel::reduced::surface::{FreeMotion, ReducedState, ReducedSurface, ReducedWindow};
+use kit::keys::refuse_if;
 use protocol::{Setting, Window};
 use serde::{Deserialize, Serialize};
 
@@ -44,6 +45,8 @@ pub struct ReducedNode {
     pub(super) windows: BTreeMap<u32, ReducedWindow>,
     /// The motion of the next window without interface force, and its number of steps.
     pub(super) free: Option<(u32, FreeMotion)>,
+    /// C_far of the committed force in windows of this number of steps.
+    pub(super) far: Option<(u32, Vec<f64>)>,
     pub(super) committed: ReducedCommitted,
     /// Last window advanced: index, number of steps, force and displacements.
     pub(super) pending: Option<(u64, u32, [Vec<f64>; 2])>,
@@ -80,6 +83,15 @@ impl ReducedNode {
         let choice = count.or(reduced.omega_max_per_s.map(ModeChoice::UpTo));
         let choice = choice.expect("the configuration has been checked");
         let body = ReducedBody::new(&model.static_problem(), model.scheme, choice)?;
+        refuse_if(
+            body.modes.omega.is_empty(),
+            "reduced.omega_max_per_s",
+            format!(
+                "lies below the lowest frequency of the body, {:.3e} 1/s, and a body without modes has no mass",
+                body.modes.neglected.unwrap_or_default()
+            ),
+            "raise it, or give modes = 50",
+        )?;
         Ok(ReducedNode {
             snapshots: Snapshots::new(setting),
             body,
@@ -89,6 +101,7 @@ impl ReducedNode {
             surface: None,
             windows: BTreeMap::new(),
             free: None,
+            far: None,
             committed: ReducedCommitted::default(),
             pending: None,
             seen: NodalState::at_rest(&model.body),
@@ -96,9 +109,15 @@ impl ReducedNode {
         })
     }
 
+    /// True where points may be further apart than the near field reaches.
+    pub(super) fn has_far_field(&self) -> bool {
+        !matches!(self.near, NearReach::Metres(reach) if reach >= self.model.size)
+    }
+
     /// Forgets everything that belongs to another selection.
     pub(super) fn reselect(&mut self) {
         (self.surface, self.free, self.pending) = (None, None, None);
+        self.far = None;
         self.windows.clear();
     }
 
@@ -199,7 +218,9 @@ impl ReducedNode {
                 let history = &model.tractions[load].history;
                 history.factor((start + u64::from(k)) as f64 * h)
             };
-            let free = surface.free(of_window, &committed.state, factor);
+            let far = self.far.take().filter(|(n, _)| *n == window.substeps);
+            let far = far.map(|(_, far)| far);
+            let free = surface.free(of_window, &committed.state, factor, far);
             self.free = Some((window.substeps, free));
         }
         let (_, free) = self.free.as_ref().expect("it was just made");
@@ -247,10 +268,11 @@ impl ReducedNode {
         let committed = &mut self.committed;
         let motion = (&committed.state, &free);
         let of_window = &self.windows[&substeps];
-        let (state, energies, moved) = surface.commit(of_window, motion, &force, &displacement);
-        committed.ledger.add(&energies);
-        (committed.state, committed.steps) = (state, committed.steps + u64::from(substeps));
-        self.see(&moved);
+        let end = surface.commit(of_window, motion, &force, &displacement);
+        committed.ledger.add(&end.energies);
+        (committed.state, committed.steps) = (end.state, committed.steps + u64::from(substeps));
+        self.far = Some((substeps, end.far));
+        self.see(&end.beside);
         self.check_energy(window)
     }
 
@@ -272,20 +294,16 @@ impl ReducedNode {
         })
     }
 
-    /// Enters the displacements of the surface, and the velocities of probes.
-    fn see(&mut self, moved: &[f64]) {
+    /// Enters the displacements of the surface, those beside the exchanged ones given, and the velocities of probes.
+    fn see(&mut self, beside: &[f64]) {
         let exchanged = &self.interface.components;
         let rows = || exchanged.iter().chain(&self.reported);
+        let moved = self.committed.state.displacement.iter().chain(beside);
         rows()
             .zip(moved)
             .for_each(|(component, u)| self.seen.u[*component] = *u);
-        let places = exchanged.iter().zip(&self.committed.state.displacement);
-        places.for_each(|(component, u)| self.seen.u[*component] = *u);
-        if let Some(surface) = self
-            .surface
-            .as_ref()
-            .filter(|_| !self.model.probes.is_empty())
-        {
+        let surface = self.surface.as_ref();
+        if let Some(surface) = surface.filter(|_| !self.model.probes.is_empty()) {
             let velocities = surface.velocities(&self.committed.state);
             rows()
                 .zip(velocities)

@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use fem_kernel::integrate::tally::kinetic_energy;
 use kit::wheel::{HOLD, phases};
-use protocol::{Finding, Phase};
+use protocol::{Description, Finding, Phase, Term};
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
 use crate::interface::window::extent::WindowInput;
-use crate::model::Model;
+use crate::interface::{coupling_sets, outward_normals, periods};
 use crate::model::rolling::Roll;
+use crate::model::{Model, limit_name};
 use crate::output::ledger::NamedTerm;
 use crate::output::plausible;
 use crate::output::probe;
@@ -207,8 +208,38 @@ impl FemNode {
     }
 }
 
+/// A body in motion with these signals and energies, without its capabilities.
+pub(super) fn described(
+    model: &Model,
+    signals: Vec<(String, f64)>,
+    terms: impl Iterator<Item = NamedTerm>,
+) -> Description {
+    let term = |(role, name, _): NamedTerm| Term {
+        name: name.into(),
+        role,
+    };
+    Description {
+        kind: "fem".into(),
+        software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
+        step_s: Some(model.scheme.step),
+        step_limit_s: Some(model.step_limit),
+        step_limit_name: limit_name(model.scheme.stiffness_damping).into(),
+        end_s: model.end,
+        phases: phases_of(model),
+        moments: model.moments.clone(),
+        sets: coupling_sets(model),
+        signals: signals.into_iter().map(|(name, _)| name).collect(),
+        ledger: terms.map(term).collect(),
+        warnings: model.warnings.clone(),
+        first_period_s: Some(model.first_period()),
+        outward: outward_normals(model),
+        period_m: periods(model),
+        ..Description::default()
+    }
+}
+
 /// Parts of the body's own load history, where it has one and the run has an end.
-pub(super) fn phases_of(model: &Model) -> Vec<Phase> {
+fn phases_of(model: &Model) -> Vec<Phase> {
     if let Some(wheel) = &model.wheel {
         return wheel.program.phases();
     }

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use crate::element::body::Body;
+use crate::error::{KernelError, MODES_BYTES};
 use crate::pack::vectorised;
 use crate::statics::factor::Factor;
 
@@ -42,24 +43,44 @@ impl Modes {
     /// The lowest modes by block Lanczos iteration on M^1/2 K^-1 M^1/2, whose largest eigenvalues are 1/omega^2 (Golub and Underwood 1977; Parlett,
     /// The Symmetric Eigenvalue Problem, 1980, ch. 13). Every direction is kept orthogonal to all others, so no mode appears twice, and the iteration
     /// ends at the latest when the directions span all components.
-    pub(crate) fn lowest(body: &Body, factor: &Factor, choice: ModeChoice) -> Modes {
-        let mut space = Directions::new(body, factor);
+    pub(crate) fn lowest(
+        body: &Body,
+        factor: &Factor,
+        choice: ModeChoice,
+    ) -> Result<Modes, KernelError> {
+        let size = factor.components().len();
         let first = match choice {
-            ModeChoice::Count(count) => 2 * count.min(factor.components().len()) + 4 * BLOCK,
+            ModeChoice::Count(count) => 2 * count.min(size) + 4 * BLOCK,
             ModeChoice::UpTo(_) => 16 * BLOCK,
         };
+        refuse_above_memory(size, first)?;
+        let mut space = Directions::new(body, factor);
         let mut judged_at = first;
         loop {
             let is_complete = !space.extend(factor);
             if is_complete || space.done >= judged_at {
                 let ritz = space.ritz();
                 if is_complete || ritz.suffices(choice) {
-                    return space.modes(&ritz, choice, is_complete);
+                    return Ok(space.modes(&ritz, choice, is_complete));
                 }
                 judged_at = space.done + (space.done / 4).max(2 * BLOCK);
+                refuse_above_memory(size, judged_at)?;
             }
         }
     }
+}
+
+/// Refuses this many directions of this size where they would not fit into memory.
+fn refuse_above_memory(equations: usize, directions: usize) -> Result<(), KernelError> {
+    let most = (MODES_BYTES / 8.0 / equations.max(1) as f64) as usize;
+    if directions.min(equations) <= most {
+        return Ok(());
+    }
+    Err(KernelError::TooManyModes {
+        equations,
+        directions,
+        most: most / 3,
+    })
 }
 
 /// Orthonormal directions, and the matrix to which they reduce the operator.

@@ -19,8 +19,10 @@ pub struct ReducedSurface {
     shapes: Vec<f64>,
     /// phi of the exchanged rows, row after row.
     amplitudes: Vec<f64>,
-    /// F_res: displacements of all rows under a unit force on each exchanged one (m/N), column after column.
-    residual: Vec<f64>,
+    /// F_res of the exchanged components (m/N).
+    residual: DMatrix<f64>,
+    /// F_res of the other rows under a unit force on each exchanged component (m/N), column after column.
+    beside: Vec<f64>,
     /// Responses to the loads of sets.
     loads: Vec<LoadResponse>,
     /// Share of the static flexibility of the exchanged components that F_res carries.
@@ -89,6 +91,18 @@ pub struct FreeMotion {
     factors: Vec<Vec<f64>>,
 }
 
+/// The end of a window.
+pub struct WindowEnd {
+    /// The state.
+    pub state: ReducedState,
+    /// The energies.
+    pub energies: ReducedEnergies,
+    /// Displacements of the rows that are not exchanged (m).
+    pub beside: Vec<f64>,
+    /// C_far of the interface force (m).
+    pub far: Vec<f64>,
+}
+
 /// Energies of a window (J): works, losses, and the energies stored at its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReducedEnergies {
@@ -144,7 +158,12 @@ impl ReducedSurface {
             rows: count,
             shapes,
             amplitudes: by_row[..sources].concat(),
-            residual: residual.as_slice().to_vec(),
+            beside: residual
+                .rows(sources, count - sources)
+                .iter()
+                .copied()
+                .collect(),
+            residual: residual.rows(0, sources).into_owned(),
             loads: load_responses(body, &rows, loads),
             residual_share: if sources > 0 { share } else { 0.0 },
             omega,
@@ -188,7 +207,7 @@ impl ReducedSurface {
             let (i, j) = (i.min(j), i.max(j));
             let products = row(i).iter().zip(row(j)).zip(&maps);
             let moved: f64 = products.map(|((a, b), map)| a * b * map.compliance()).sum();
-            moved + self.residual[j * self.rows + i]
+            moved + self.residual[(i, j)]
         };
         let compliance = DMatrix::from_fn(self.exchanged, self.exchanged, compliance);
         ReducedWindow {
@@ -198,21 +217,23 @@ impl ReducedSurface {
         }
     }
 
-    /// The motion of a window from this state without interface force; `factor` is the factor of a load after a number of steps of the window.
+    /// The motion of a window from this state without interface force; `factor` is the factor of a load after a number of steps of the window, `far` the
+    /// C_far of the present interface force in such windows, if it is known.
     pub fn free(
         &self,
         window: &ReducedWindow,
         state: &ReducedState,
         factor: impl Fn(usize, u32) -> f64,
+        far: Option<Vec<f64>>,
     ) -> FreeMotion {
         let all = |load: usize| (0..=window.substeps).map(|k| factor(load, k)).collect();
         let factors: Vec<Vec<f64>> = (0..self.loads.len()).map(all).collect();
         let none = vec![0.0; self.omega.len()];
         let moved = self.moved(window, state, &none, &factors);
         let modes: Vec<ModeState> = moved.into_iter().map(|(end, ..)| end).collect();
-        let far = window.field.far(&state.force);
+        let far = far.unwrap_or_else(|| window.field.far(&state.force));
         let mut displacement = far.clone();
-        self.add_modes(&modes, &mut displacement);
+        self.add_modes(&modes, 0, &mut displacement);
         for (load, factors) in self.loads.iter().zip(&factors) {
             let residual = &load.residual[..self.exchanged];
             add(
@@ -240,34 +261,30 @@ impl ReducedSurface {
         displacement
     }
 
-    /// The state at the end of the window under this interface force, with the displacements that it gave, and the energies. Also the displacements of
-    /// all rows but for the lag of the far field (m).
+    /// The end of the window under this interface force, with the displacements that it gave.
     pub fn commit(
         &self,
         window: &ReducedWindow,
         (state, free): (&ReducedState, &FreeMotion),
         force: &[f64],
         displacement: &[f64],
-    ) -> (ReducedState, ReducedEnergies, Vec<f64>) {
+    ) -> WindowEnd {
         let modal = self.modal_force(force);
         let moved = self.moved(window, state, &modal, &free.factors);
         let modes: Vec<ModeState> = moved.iter().map(|(end, ..)| *end).collect();
-        let mut reported = vec![0.0; self.rows];
-        let columns = self.residual.chunks_exact(self.rows.max(1));
-        columns
-            .zip(force)
-            .for_each(|(column, f)| add(&mut reported, *f, column));
-        for (load, factors) in self.loads.iter().zip(&free.factors) {
-            add(
-                &mut reported,
-                factors[window.substeps as usize],
-                &load.residual,
-            );
+        let far = window.field.far(force);
+        let lag: Vec<f64> = free
+            .far
+            .iter()
+            .zip(&far)
+            .map(|(old, new)| old - new)
+            .collect();
+        // u = Phi eta + F_res f + lag, without another product with F_res.
+        let mut residual: Vec<f64> = vec![0.0; self.exchanged];
+        self.add_modes(&modes, 0, &mut residual);
+        for ((sum, u), lag) in residual.iter_mut().zip(displacement).zip(&lag) {
+            *sum = u - *sum - lag;
         }
-        let residual = reported[..self.exchanged].to_vec();
-        self.add_modes(&modes, &mut reported);
-        let mut lag = free.far.clone();
-        add(&mut lag, -1.0, &window.field.far(force));
         let end = ReducedState {
             loads: self.load_works(force, &free.factors, window.substeps as usize),
             modes: modes.iter().map(|mode| [mode.u, mode.v]).collect(),
@@ -281,11 +298,30 @@ impl ReducedSurface {
             energies.losses.numerical += loss.numerical;
             energies.losses.mass_damping += loss.mass_damping;
         }
-        let (load_works, b) = (self.loads.iter().zip(&free.factors), self.scheme.damping);
-        energies.applied_work += load_works
-            .map(|(load, factors)| modal_work(load, factors, &moved, b))
-            .sum::<f64>();
-        (end, energies, reported)
+        let loads = self.loads.iter().zip(&free.factors);
+        let works =
+            loads.map(|(load, factors)| modal_work(load, factors, &moved, self.scheme.damping));
+        energies.applied_work += works.sum::<f64>();
+        WindowEnd {
+            beside: self.displacements_beside(&modes, &end),
+            state: end,
+            energies,
+            far,
+        }
+    }
+
+    /// Displacements of the rows that are not exchanged (m).
+    fn displacements_beside(&self, modes: &[ModeState], end: &ReducedState) -> Vec<f64> {
+        let mut beside = vec![0.0; self.rows - self.exchanged];
+        let columns = self.beside.chunks_exact(beside.len().max(1));
+        columns
+            .zip(&end.force)
+            .for_each(|(column, f)| add(&mut beside, *f, column));
+        for (load, [factor, _]) in self.loads.iter().zip(&end.loads) {
+            add(&mut beside, *factor, &load.residual[self.exchanged..]);
+        }
+        self.add_modes(modes, self.exchanged, &mut beside);
+        beside
     }
 
     /// Velocities of all rows (m/s).
@@ -307,11 +343,12 @@ impl ReducedSurface {
         modal
     }
 
-    /// Adds Phi eta to the first rows.
-    fn add_modes(&self, modes: &[ModeState], displacement: &mut [f64]) {
+    /// Adds Phi eta to the displacements of the rows from `first` on.
+    fn add_modes(&self, modes: &[ModeState], first: usize, displacement: &mut [f64]) {
+        let rows = first..first + displacement.len();
         let columns = self.shapes.chunks_exact(self.rows.max(1));
         for (shape, mode) in columns.zip(modes) {
-            add(displacement, mode.u, &shape[..displacement.len()]);
+            add(displacement, mode.u, &shape[rows.clone()]);
         }
     }
 
