@@ -1,7 +1,7 @@
 //! The keys of `[participant.config]`, read and checked once.
 //!
 //! - [`choice`]: keys with a few words to choose from;
-//! - [`mesh`], [`material`], [`time`], [`boundary`], [`motion`], [`initial`], [`wheel`], [`statics`], [`probe`]: the tables;
+//! - [`mesh`], [`material`], [`time`], [`boundary`], [`motion`], [`initial`], [`wheel`], [`statics`], [`reduced`], [`probe`]: the tables;
 //! - [`keys`]: all of them, [`keys::FemConfig`];
 //! - `consistency`: keys that must go together.
 
@@ -14,6 +14,7 @@ pub mod material;
 pub mod mesh;
 pub mod motion;
 pub mod probe;
+pub mod reduced;
 pub mod statics;
 pub mod time;
 pub mod wheel;

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use fem_kernel::error::KernelError;
+use fem_kernel::reduced::near::RADIUS_MAX;
 use kit::ConfigError;
 use protocol::{Cause, NodeError, WithCure};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -114,6 +115,18 @@ pub enum FemError {
         "a static analysis cannot be coupled through its set `{set}`: write analysis = \"dynamic\", or remove the [[interface]]"
     )]
     CoupledStatics { set: String },
+    #[error(
+        "reduced.near_m = {near_m:e} m is too short for windows of {substeps} substeps ({window_s:.3e} s) with {modes} modes: {} (bound {RADIUS_MAX}); with these modes {needed_m:.2e} m would do (\"auto\" finds it), and more modes need less",
+        radius_in_words(*radius)
+    )]
+    NearTooShort {
+        near_m: f64,
+        radius: f64,
+        needed_m: f64,
+        modes: usize,
+        substeps: u32,
+        window_s: f64,
+    },
     #[error("fields cannot be written to {}: {reason}", .path.display())]
     Write { path: PathBuf, reason: String },
     #[error("`{name}` cannot name a snapshot: use letters, digits, `-`, `_` and `.`")]
@@ -129,6 +142,16 @@ fn cure(step_s: f64, limit_s: f64) -> String {
     format!(
         "{steps}, so a shorter step does not help: check the load, the dimensions and the units of material.young_pa and material.density_kg_per_m3, or shorten the window"
     )
+}
+
+/// The spectral radius of a split compliance, infinite where its near part is not positive definite.
+fn radius_in_words(radius: f64) -> String {
+    if radius.is_finite() {
+        return format!(
+            "a force on points further away comes back {radius:.3} times as large in the next window"
+        );
+    }
+    "its compliance is not positive definite".into()
 }
 
 impl FemError {
@@ -160,6 +183,7 @@ impl FemError {
             FemError::CoupledWithWheel { .. } => Cause::WheelOnCoupledBody,
             FemError::CoupledStatics { .. } => Cause::StaticBodyCoupled,
             FemError::NoPrescribedVelocity => Cause::NotOffered,
+            FemError::NearTooShort { .. } => Cause::OutOfRange,
             FemError::SnapshotName { .. } => Cause::ParticipantRefused,
             FemError::Diverged { .. }
             | FemError::EnergyExcess { .. }

@@ -16,6 +16,8 @@ use crate::model::Model;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Interface {
     nodes: Vec<[usize; 2]>,
+    /// The exchanged nodes among them.
+    pub(crate) exchanged: Vec<[usize; 2]>,
     /// Exchanged components in the order (x0, y0, x1, y1, ...), as indices in the fields.
     pub(crate) components: Vec<usize>,
     /// Matrices by kind and number of steps, n x n, column-major, for the current selection.
@@ -69,6 +71,7 @@ impl Interface {
             .iter()
             .flat_map(|node| [0, 1].map(|k| layout.index(*node, k)));
         self.components = components.collect();
+        self.exchanged = nodes;
         self.condensed.clear();
     }
 }

@@ -41,7 +41,7 @@
 //! - [`model`]: everything that does not change during a run: boundary and initial conditions, the step;
 //! - [`output`]: energies, signals, pressures, fields and checks of plausibility;
 //! - `interface`: the coupled sets, and the windows between two exchanges;
-//! - [`node`]: the body as a participant, in motion or in equilibrium.
+//! - [`node`]: the body as a participant, in motion, as its modes, or in equilibrium.
 //!
 //! # Equations, functions, sources
 //!
@@ -89,6 +89,7 @@ use config::choice::Analysis;
 pub use config::keys::FemConfig;
 pub use error::FemError;
 pub use node::fem_node::FemNode;
+pub use node::reduced_node::ReducedNode;
 pub use node::static_node::StaticNode;
 
 /// Checks the keys of a participant: everything that can be wrong before a run, the mesh and the step included.
@@ -113,8 +114,12 @@ pub fn schema() -> Value {
 /// Builds the participant of a session.
 pub fn build(session: &Session) -> Result<Box<dyn Node>, NodeError> {
     let config: FemConfig = read_config(&session.config)?;
-    Ok(match config.analysis {
-        Analysis::Dynamic => Box::new(FemNode::new(&config, &session.setting)?),
-        Analysis::Static => Box::new(StaticNode::new(&config, &session.setting)?),
+    let setting = &session.setting;
+    Ok(match (config.analysis, config.reduced) {
+        (Analysis::Dynamic, Some(reduced)) => {
+            Box::new(ReducedNode::new(&config, reduced, setting)?)
+        }
+        (Analysis::Dynamic, None) => Box::new(FemNode::new(&config, setting)?),
+        (Analysis::Static, _) => Box::new(StaticNode::new(&config, setting)?),
     })
 }

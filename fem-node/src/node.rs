@@ -1,6 +1,8 @@
 //! The body as a participant of a run.
 //!
 //! - [`static_node`]: a body in equilibrium, increment by increment;
+//! - [`reduced_node`]: a linear body in motion as its lowest modes;
+//! - `reduced_report`, `reduced_answers`: its reports, and its answers to a coupler;
 //! - [`fem_node`]: a body in motion, its committed state and the current window;
 //! - `windows`: windows and condensed matrices;
 //! - `report`: signals, energies, results and snapshots;
@@ -10,6 +12,9 @@
 mod answers;
 mod checkpoint;
 pub mod fem_node;
+mod reduced_answers;
+pub mod reduced_node;
+mod reduced_report;
 mod report;
 pub mod static_node;
 mod windows;

@@ -189,6 +189,9 @@ pub struct Description {
     /// Mean outward unit normal of each set: two coupled sets face each other. A missing set is not checked.
     #[serde(default)]
     pub outward: BTreeMap<String, [f64; 2]>,
+    /// True for a continuum whose distant points follow a change of force one window late: two windows are then not one of twice the length.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub late_far_field: bool,
     /// Period of each set along x (m), by the name of the set: a body that leaves it at one end comes back at the other, and its
     /// [`Surface`] has no point twice. Two coupled sets have the same period; a missing set has ends.
     #[serde(default)]

@@ -17,7 +17,7 @@
 //! ((1 + nu)(1 - 2 nu)). The top of the upper one sinks further, by twice the overlap p dx t / kn and by its own compression u. Tolerance
 //! 1e-3 as in the static patch: the disks disturb a uniform traction by the mapping's ripple.
 
-use harness::runs::{Left, run_in_process, run_over_shared_memory};
+use harness::runs::{Left, run_both_ways, run_in_process, run_over_shared_memory};
 use harness::scene::{POISSON, SPACING_M, YOUNG_PA, head, interface, participant, strip};
 
 const PRESSURE_PA: f64 = 100e6;
@@ -57,13 +57,13 @@ sample = {{ kind = "disks", disks = [{}] }}
     participant("grains", "dem", &keys)
 }
 
-fn scenario() -> String {
+fn scenario(lower: &str) -> String {
     let pressed = format!("boundary = {{ top = {{ pressure_pa = {PRESSURE_PA:e} }} }}");
     let (below, above) = (["lower.top", "grains.base"], ["upper.bottom", "grains.lid"]);
     let tolerance = "tolerance_rel = 1e-9";
     [
         head("two-strips", 1e-3, "end_s = 6e-5"),
-        damped("lower", "clamped", 5e-8, ""),
+        damped("lower", "clamped", 5e-8, lower),
         grains(),
         damped("upper", "free", 2.5e-8, &pressed),
         interface("below", below, "dual-schur", 4, tolerance),
@@ -106,7 +106,7 @@ fn holds(left: &Left) {
 #[test]
 fn a_row_of_grains_carries_the_pressure_from_strip_to_strip() {
     holds(
-        &run_in_process(&scenario(), &[])
+        &run_in_process(&scenario(""), &[])
             .expect("it is valid")
             .completed(),
     );
@@ -115,8 +115,14 @@ fn a_row_of_grains_carries_the_pressure_from_strip_to_strip() {
 #[test]
 fn the_same_over_shared_memory() {
     holds(
-        &run_over_shared_memory(&scenario(), &[])
+        &run_over_shared_memory(&scenario(""), &[])
             .expect("it is valid")
             .completed(),
     );
+}
+
+/// The lower strip as few modes: in the end it is in equilibrium.
+#[test]
+fn the_lower_strip_may_be_its_modes() {
+    holds(&run_both_ways(&scenario("reduced = { modes = 12 }"), &[]));
 }

@@ -32,6 +32,7 @@ mod fem_plastic;
 mod fem_plausible;
 mod fem_punch;
 mod fem_rayleigh;
+mod fem_reduced;
 mod fem_refuse;
 mod fem_repeat;
 mod fem_rolling;

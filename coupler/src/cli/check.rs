@@ -1,6 +1,6 @@
 //! `thirdbody check`: all checks and predictions before a run.
 
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::common::{ScenarioArguments, VerbResult, foreign, print};
 use super::start::rehearse;
@@ -130,6 +130,8 @@ fn cost_lines(summary: &Summary, cost: &CostPrediction) -> Vec<String> {
         lines.extend(work_line(name, participant));
         lines.extend(way_line(name, participant, cost));
     }
+    let results = value["results"].as_object();
+    lines.extend(results.into_iter().flat_map(reduced_lines));
     let coupling = &value["coupling"];
     if coupling.is_object() {
         let each_us = |key: &str| 1e6 * number(&coupling[key]) / cost.windows as f64;
@@ -162,6 +164,30 @@ fn work_line(name: &str, participant: &Value) -> Option<String> {
     Some(format!(
         "cost: {name}: {done} so far in {wall_s:.2} s, {each_ns:.1} ns each"
     ))
+}
+
+/// What each reduced body keeps, and how far its forces act in a window.
+fn reduced_lines(results: &Map<String, Value>) -> Vec<String> {
+    let bodies = results
+        .keys()
+        .filter_map(|name| name.strip_suffix("reduced_modes"));
+    let line = |body: &str| {
+        let of = |name: &str| {
+            results
+                .get(&format!("{body}reduced_{name}"))
+                .map_or(0.0, number)
+        };
+        format!(
+            "reduced: {body}{} modes up to {:.3e} 1/s, the first one left out has {:.2} periods in a window; {:.2} of the flexibility is massless; near field {:.2e} m, {:.2} of a change of force returns one window later",
+            of("modes"),
+            of("omega_max_per_s"),
+            of("window_turns"),
+            of("static_share"),
+            of("near_m"),
+            of("near_radius")
+        )
+    };
+    bodies.map(line).collect()
 }
 
 /// Share of the network in the cost, for a participant that may be on another host.

@@ -3,6 +3,9 @@
 use protocol::Cause;
 use thiserror::Error;
 
+/// Most memory of the directions from which modes are computed (bytes).
+pub(crate) const MODES_BYTES: f64 = 2e9;
+
 /// Failure of a step or of an equilibrium.
 #[derive(Clone, Debug, Error)]
 pub enum KernelError {
@@ -29,6 +32,18 @@ pub enum KernelError {
         equations: usize,
         /// Report of the factorisation.
         reason: String,
+    },
+    /// Modes need more memory than a set-up may take.
+    #[error(
+        "its modes need directions of {equations} numbers each, and {directions} of them exceed {MODES_BYTES:.0e} bytes: ask for at most {most} modes, lower reduced.omega_max_per_s, or keep the elements, which cost less than so large a number of modes"
+    )]
+    TooManyModes {
+        /// Components that can move.
+        equations: usize,
+        /// Directions of the iteration.
+        directions: usize,
+        /// Most modes within the memory.
+        most: usize,
     },
     /// A law of contact is violated after an increment.
     #[error(
@@ -80,6 +95,7 @@ impl KernelError {
                 Cause::ContactNotConverged
             }
             KernelError::Factor { .. } => Cause::SingularStiffness,
+            KernelError::TooManyModes { .. } => Cause::TooMany,
             KernelError::NarrowWheel { .. } => Cause::ContactTooWide,
             KernelError::StaticSize { .. } => Cause::DisplacementTooLarge,
         }

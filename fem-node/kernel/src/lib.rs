@@ -99,6 +99,7 @@
 //! - [`mod@integrate`]: a step of the body with its wheel, and the energies;
 //! - [`interface`]: prescribed velocities of exchanged components, their compliance and impedance;
 //! - [`statics`]: equilibrium, alone or as the start of dynamics;
+//! - [`reduced`]: a body as its lowest modes and its static flexibility;
 //! - [`error`]: failures of a step and of an equilibrium.
 //!
 //! # Equations, functions, sources
@@ -128,6 +129,8 @@
 //! | W (r_n, r_t) = (-gap, slip) | [`LocalProblem::closed`](wheel::round::LocalProblem::closed) | Jourdan, Alart and Jean (1998) |
 //! | g_i = 0, slip_i = 0 or r_t = +-mu r_n, sum of r_y = load | [`System::new`](statics::active_set::System::new) | Hueeber, Stadler and Wohlmuth (2008) |
 //! | K u = f, K = L L^T | [`Factor::solve`](statics::factor::Factor::solve) | Cholesky |
+//! | K phi = omega^2 M phi, the lowest omega | [`Modes::lowest`](reduced::modes::Modes::lowest) | Golub and Underwood (1977) |
+//! | u = Phi eta + F_res f - C_far (f - f_prev) | [`ReducedSurface::commit`](reduced::surface::ReducedSurface::commit) | MacNeal (1971); derived in [`reduced`] |
 //! | C(1) = h^2/2 M^-1, columns of unit forces | [`compliance`](interface::compliance::compliance) | stated there |
 //! | H D = M_i + H^2/2 K_i + sum L L^T (1 - cos(omega H)) | [`impedance`](interface::compliance::impedance) | stated there |
 //! | f' = M (1 + b h c) (a_s - a_0') | [`PrescribedVelocity::step`](interface::prescribed_velocity::PrescribedVelocity::step) | derived in its module |
@@ -175,6 +178,7 @@ pub mod interface;
 pub mod material;
 pub mod mesh;
 pub mod pack;
+pub mod reduced;
 pub mod scheme;
 pub mod spectrum;
 pub mod statics;

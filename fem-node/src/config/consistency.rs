@@ -2,6 +2,7 @@
 
 use kit::ConfigError;
 use kit::keys::refuse_if;
+use protocol::Cause;
 
 use super::boundary::SetConfig;
 use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
@@ -22,7 +23,8 @@ impl FemConfig {
         self.check_law()?;
         self.check_period()?;
         self.check_boundary()?;
-        self.check_initial()
+        self.check_initial()?;
+        self.check_reduced()
     }
 
     /// True where an equilibrium is solved for.
@@ -235,6 +237,46 @@ impl FemConfig {
             &key,
             "does not go with a wheel, which touches the body at rest when the run starts",
             "remove the key or the wheel",
+        )
+    }
+
+    /// Refuses a reduced body that is not a supported linear one in motion, loaded by forces only.
+    fn check_reduced(&self) -> Result<(), ConfigError> {
+        let Some(reduced) = &self.reduced else {
+            return Ok(());
+        };
+        let help = "give modes = 50, or omega_max_per_s";
+        let count =
+            usize::from(reduced.modes.is_some()) + usize::from(reduced.omega_max_per_s.is_some());
+        refuse_if(count > 1, "reduced", "has two numbers of modes", help)?;
+        let missing = |error: ConfigError| error.because(Cause::MissingKey);
+        refuse_if(count == 0, "reduced", "has no number of modes", help).map_err(missing)?;
+        let is_plastic = self.material.law() == MaterialKind::J2;
+        let is_damped = self.time.stiffness_damping_s.is_some_and(|time| time > 0.0);
+        let set = self.initial.0.keys().next();
+        let initial = format!("initial.{}", set.map_or("", |set| set));
+        let turns = self.kinematics == Kinematics::Corotational;
+        for (holds, key) in [
+            (self.analysis == Analysis::Static, "analysis"),
+            (self.wheel.is_some(), "wheel"),
+            (is_plastic, "material.yield_pa"),
+            (turns, "kinematics"),
+            (self.base == Base::Free, "base"),
+            (is_damped, "time.stiffness_damping_s"),
+            (set.is_some(), &initial),
+        ] {
+            refuse_if(
+                holds,
+                key,
+                "does not go with `reduced`: its modes describe a supported, linear elastic body in small strain that starts at rest, without a wheel of its own and without stiffness damping",
+                "change the key, or remove `reduced`",
+            )?;
+        }
+        self.refuse_set(
+            |set| set.prescribed().is_some(),
+            "",
+            "moves nodes, but the modes of `reduced` belong to nodes that forces move",
+            "remove `reduced`, or give the set a load",
         )
     }
 

@@ -15,6 +15,7 @@ use super::material::{MaterialConfig, MaterialKind};
 use super::mesh::MeshSource;
 use super::motion::settled_at;
 use super::probe::ProbeConfig;
+use super::reduced::ReducedConfig;
 use super::statics::StaticsConfig;
 use super::time::FemTimeConfig;
 use super::wheel::{ContactConfig, FemWheelConfig};
@@ -65,6 +66,8 @@ pub struct FemConfig {
     /// Increments of a static analysis or a static start.
     #[serde(default)]
     pub statics: StaticsConfig,
+    /// The body as its lowest modes, for coupled runs; all of its elements when absent.
+    pub reduced: Option<ReducedConfig>,
     /// Seed for displacing each node of the mesh along y by up to 1e-12 of the mean element size: a difference from the run without it is noise. No
     /// node is displaced when absent.
     #[serde(default)]

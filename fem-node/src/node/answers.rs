@@ -1,54 +1,30 @@
 //! Answers of the body to a coupler.
 
 use protocol::checkpoint::{pack, unpack};
-use protocol::{
-    Capabilities, Description, Node, NodeError, Outcome, Reaction, Surface, Term, Window,
-};
+use protocol::{Capabilities, Description, Node, NodeError, Outcome, Reaction, Surface, Window};
 
 use super::fem_node::FemNode;
+use super::report::described;
 use super::windows::{COMPLIANCE, FORCE, IMPEDANCE, VELOCITY};
 use crate::error::FemError;
 use crate::interface::window::committed::Committed;
 use crate::interface::window::extent::{BodyWindow, WindowInput};
-use crate::interface::{coupling_sets, outward_normals, periods};
-use crate::model::limit_name;
-use crate::output::ledger::NamedTerm;
 
 impl Node for FemNode {
     fn describe(&self) -> Description {
         let alone = self.model.wheel.is_none();
-        let term = |(role, name, _): NamedTerm| Term {
-            name: name.into(),
-            role,
-        };
-        let signals = self.signals(&WindowInput::default()).into_iter();
+        let signals = self.signals(&WindowInput::default());
         Description {
-            kind: "fem".into(),
-            software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
             capabilities: Capabilities {
                 rollback: true,
                 advance: alone,
                 columns: alone,
-                compliant_boundary: false,
-                rigid_boundary: false,
                 prescribed_velocity: self.takes_velocity().is_ok(),
                 alone: true,
                 resume: true,
+                ..Capabilities::default()
             },
-            step_s: Some(self.model.scheme.step),
-            step_limit_s: Some(self.model.step_limit),
-            step_limit_name: limit_name(self.model.scheme.stiffness_damping).into(),
-            end_s: self.model.end,
-            phases: self.phases(),
-            moments: self.model.moments.clone(),
-            sets: coupling_sets(&self.model),
-            signals: signals.map(|(name, _)| name).collect(),
-            ledger: self.terms().map(term).collect(),
-            warnings: self.model.warnings.clone(),
-            first_period_s: Some(self.model.first_period()),
-            outward: outward_normals(&self.model),
-            period_m: periods(&self.model),
-            ..Description::default()
+            ..described(&self.model, signals, self.terms())
         }
     }
 

@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 
 use fem_kernel::integrate::tally::kinetic_energy;
 use kit::wheel::{HOLD, phases};
-use protocol::{Finding, Phase};
+use protocol::{Description, Finding, Phase, Term};
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
 use crate::interface::window::extent::WindowInput;
+use crate::interface::{coupling_sets, outward_normals, periods};
 use crate::model::rolling::Roll;
+use crate::model::{Model, limit_name};
 use crate::output::ledger::NamedTerm;
 use crate::output::plausible;
 use crate::output::probe;
@@ -178,33 +180,9 @@ impl FemNode {
         hasher.finalize().to_hex().to_string()
     }
 
-    /// Parts of the body's own load history, where it has one and the run has an end.
-    pub(super) fn phases(&self) -> Vec<Phase> {
-        if let Some(wheel) = &self.model.wheel {
-            return wheel.program.phases();
-        }
-        let (loads, motions) = (self.model.tractions.iter(), self.model.motions.iter());
-        let loads = loads.map(|traction| traction.history.settled_at());
-        let ramps = loads.chain(motions.clone().map(|motion| motion.history.settled_at()));
-        let Some((ramp, end)) = ramps.reduce(f64::max).zip(self.model.end) else {
-            return Vec::new();
-        };
-        let ramp = ramp.max(0.0).min(end);
-        let cycles = motions.filter_map(|motion| motion.history.cycles_from());
-        let cycles = cycles.fold(end, f64::min).max(ramp);
-        phases([
-            ("ramp", 0.0, ramp),
-            (HOLD, ramp, cycles),
-            ("cycling", cycles, end),
-        ])
-    }
-
     /// Writes the fields and the contact profile of the committed state; a snapshot of the hold also records its pressures.
     pub(super) fn try_snapshot(&mut self, name: &str) -> Result<(), FemError> {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-        if name.is_empty() || !name.chars().all(plain) {
-            return Err(FemError::SnapshotName { name: name.into() });
-        }
+        refuse_name(name)?;
         let committed = &mut self.committed;
         committed.strain_max =
             plausible::strain_so_far(committed.strain_max, &self.model, &committed.state);
@@ -228,4 +206,64 @@ impl FemNode {
             profile.as_ref(),
         )
     }
+}
+
+/// A body in motion with these signals and energies, without its capabilities.
+pub(super) fn described(
+    model: &Model,
+    signals: Vec<(String, f64)>,
+    terms: impl Iterator<Item = NamedTerm>,
+) -> Description {
+    let term = |(role, name, _): NamedTerm| Term {
+        name: name.into(),
+        role,
+    };
+    Description {
+        kind: "fem".into(),
+        software: format!("fem-node {}", env!("CARGO_PKG_VERSION")),
+        step_s: Some(model.scheme.step),
+        step_limit_s: Some(model.step_limit),
+        step_limit_name: limit_name(model.scheme.stiffness_damping).into(),
+        end_s: model.end,
+        phases: phases_of(model),
+        moments: model.moments.clone(),
+        sets: coupling_sets(model),
+        signals: signals.into_iter().map(|(name, _)| name).collect(),
+        ledger: terms.map(term).collect(),
+        warnings: model.warnings.clone(),
+        first_period_s: Some(model.first_period()),
+        outward: outward_normals(model),
+        period_m: periods(model),
+        ..Description::default()
+    }
+}
+
+/// Parts of the body's own load history, where it has one and the run has an end.
+fn phases_of(model: &Model) -> Vec<Phase> {
+    if let Some(wheel) = &model.wheel {
+        return wheel.program.phases();
+    }
+    let (loads, motions) = (model.tractions.iter(), model.motions.iter());
+    let loads = loads.map(|traction| traction.history.settled_at());
+    let ramps = loads.chain(motions.clone().map(|motion| motion.history.settled_at()));
+    let Some((ramp, end)) = ramps.reduce(f64::max).zip(model.end) else {
+        return Vec::new();
+    };
+    let ramp = ramp.max(0.0).min(end);
+    let cycles = motions.filter_map(|motion| motion.history.cycles_from());
+    let cycles = cycles.fold(end, f64::min).max(ramp);
+    phases([
+        ("ramp", 0.0, ramp),
+        (HOLD, ramp, cycles),
+        ("cycling", cycles, end),
+    ])
+}
+
+/// Refuses the name of a snapshot that is no part of a plain file name.
+pub(super) fn refuse_name(name: &str) -> Result<(), FemError> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    if name.is_empty() || !name.chars().all(plain) {
+        return Err(FemError::SnapshotName { name: name.into() });
+    }
+    Ok(())
 }

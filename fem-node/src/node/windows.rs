@@ -32,25 +32,7 @@ impl FemNode {
     ) -> Result<Vec<(usize, f64)>, FemError> {
         self.pending = None;
         let components = &self.interface.components;
-        if numbers.len() != components.len() {
-            return Err(FemError::GivenLength {
-                window: window.index,
-                what: quantity.0,
-                given: numbers.len(),
-                expected: components.len(),
-            });
-        }
-        if let Some(at) = numbers.iter().position(|number| !number.is_finite()) {
-            return Err(FemError::GivenNotFinite {
-                window: window.index,
-                iteration: window.iteration,
-                point: at / 2,
-                component: if at % 2 == 0 { 'x' } else { 'y' },
-                what: quantity.0,
-                number: numbers[at],
-                unit: quantity.1,
-            });
-        }
+        quantity.admit(window, numbers, components.len())?;
         let numbers = numbers.iter().copied();
         Ok(components.iter().copied().zip(numbers).collect())
     }
@@ -181,6 +163,37 @@ pub(super) const IMPEDANCE: CondensedMatrix = CondensedMatrix {
 /// Quantity in a request for each exchanged component, and its unit.
 #[derive(Clone, Copy)]
 pub(super) struct ExchangedQuantity(&'static str, &'static str);
+
+impl ExchangedQuantity {
+    /// Refuses numbers that are not finite, or of another count.
+    pub(super) fn admit(
+        self,
+        window: &Window,
+        numbers: &[f64],
+        expected: usize,
+    ) -> Result<(), FemError> {
+        if numbers.len() != expected {
+            return Err(FemError::GivenLength {
+                window: window.index,
+                what: self.0,
+                given: numbers.len(),
+                expected,
+            });
+        }
+        let at = numbers.iter().position(|number| !number.is_finite());
+        at.map_or(Ok(()), |at| {
+            Err(FemError::GivenNotFinite {
+                window: window.index,
+                iteration: window.iteration,
+                point: at / 2,
+                component: if at % 2 == 0 { 'x' } else { 'y' },
+                what: self.0,
+                number: numbers[at],
+                unit: self.1,
+            })
+        })
+    }
+}
 
 pub(super) const FORCE: ExchangedQuantity = ExchangedQuantity("force", "N");
 

@@ -252,5 +252,74 @@ class States(unittest.TestCase):
             to_bytes({"a": [1, {2}]})
 
 
+def has_scipy():
+    try:
+        import scipy  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+class Chain(thirdbody.Modal):
+    """Eight masses of 2 kg between springs of 3 N/m, the first spring held; the last two masses are a point with two components."""
+
+    modes = 3
+
+    def __init__(self, config, setting):
+        super().__init__(config, setting)
+        from scipy.sparse import diags
+
+        main = np.full(8, 6.0)
+        main[-1] = 3.0
+        self.stiffness = diags([main, np.full(7, -3.0), np.full(7, -3.0)], [0, 1, -1])
+        self.mass = np.full(8, 2.0)
+        self.x, self.y, self.coupled = np.zeros(1), np.zeros(1), np.array([6, 7])
+
+    def points(self, set_name):
+        return Points(self.x, self.y, length_m=1.0)
+
+
+@unittest.skipUnless(has_scipy(), "needs SciPy")
+class Modes(unittest.TestCase):
+    def test_a_constant_force_swings_about_the_equilibrium(self):
+        node = ready(Chain)
+        force = np.array([0.5, -2.0])
+        moved = [np.zeros(2)]
+        for index in range(4000):
+            moved.append(moved[-1] + node.advance(window(index), force))
+            node.commit(window(index), np.empty(0))
+        stiff = node.stiffness.toarray()
+        exact = np.linalg.inv(stiff)[np.ix_([6, 7], [6, 7])] @ force
+        self.assertLess(abs(np.mean(moved, axis=0) - exact).max(), 2e-2 * abs(exact).max())
+
+    def test_a_window_is_affine_with_the_columns_as_slope_and_keeps_its_energy(self):
+        for modes in (3, 8):
+            Chain.modes = modes
+            node = ready(Chain)
+            for index in range(50):
+                force = np.array([np.sin(3.0 * index), np.cos(5.0 * index)])
+                free, whole = (node.advance(window(index), f) for f in (np.zeros(2), force))
+                error = whole - free - node.columns(window(index)) @ force
+                self.assertLess(abs(error).max(), 1e-12)
+                work, strain, kinetic, lost = node.commit(window(index), np.empty(0))
+            self.assertLess(abs(work - strain - kinetic - lost), 1e-10 * (abs(work) + strain))
+            self.assertLess(lost, 1e-12 if modes == 8 else work)
+        Chain.modes = 3
+
+    def test_all_modes_move_like_the_masses(self):
+        Chain.modes = 8
+        node = ready(Chain)
+        Chain.modes = 3
+        u, v, h, force = np.zeros(8), np.zeros(8), 1e-3, np.zeros(8)
+        force[6:] = [0.5, -2.0]
+        node.advance(window(), force[6:])
+        stiff = node.stiffness.toarray()
+        for _ in range(round(window().length_s / h)):
+            v = v + 0.5 * h * (force - stiff @ u) / 2.0
+            u = u + h * v
+            v = v + 0.5 * h * (force - stiff @ u) / 2.0
+        self.assertLess(abs(node.advance(window(), force[6:]) - u[6:]).max(), 1e-6)
+
+
 if __name__ == "__main__":
     unittest.main()

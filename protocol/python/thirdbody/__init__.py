@@ -23,13 +23,14 @@ from .exchange import Interface, Side
 from .fields import Field, Fields
 from .layer import GrainLayer
 from .mesh import crowned_grid, traction_matrix
+from .modal import Modal
 from .node import Description, Node, Outcome, Points, Term, Window, capabilities
 from .runs import Run, RunError, Seeds, Study, SuspectRun, load, load_study, run, seeds, study, sweep
 from .table import Table
 
 __all__ = [
     "Config", "ConfigurationError", "Continuum", "Description", "DiskLayer", "Diverged", "Fault", "Field", "Fields", "GrainLayer",
-    "Interface", "LinearEquilibrium", "Node", "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Seeds", "Setting",
+    "Interface", "LinearEquilibrium", "Modal", "Node", "Outcome", "OutputError", "Points", "ProtocolError", "Run", "RunError", "Seeds", "Setting",
     "Side", "Study", "SuspectRun", "Table", "Term", "Window", "capabilities", "crowned_grid", "load", "load_study", "participate", "run", "seeds", "study", "sweep",
     "traction_matrix",
 ]

@@ -15,6 +15,9 @@ const ROUNDING: f64 = 1e-7;
 /// Largest difference between an answer and linear columns, over the answer: the loads are small.
 const LINEAR: f64 = 1e-4;
 
+/// The reason why answers depend on the windows and the points before.
+const LATE: &str = "its distant points follow a change of force one window late (`late_far_field`)";
+
 /// Sends `Advance` early, which is used or discarded.
 pub fn early(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.capabilities.rollback;
@@ -78,6 +81,7 @@ pub fn increments(trial: &RuleTrial) -> RuleFinding {
 pub fn substeps(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.step_s.is_some();
     offered(offers, "it has no step of its own: a window is one step")?;
+    offered(!trial.tested.description.late_far_field, LATE)?;
     let [first, second, both] = pair(trial)?;
     let sum: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
     let one = trial.tested.clock.substeps;
@@ -180,6 +184,7 @@ pub fn velocity(trial: &RuleTrial) -> RuleFinding {
 
 /// Exchanges every other point, and compares with all points without a load on the rest.
 pub fn select(trial: &RuleTrial) -> RuleFinding {
+    offered(!trial.tested.description.late_far_field, LATE)?;
     let chosen = |point: usize| point.is_multiple_of(2);
     let points = trial.surface.len();
     if points < 2 {

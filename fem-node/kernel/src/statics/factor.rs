@@ -37,7 +37,7 @@ pub(crate) struct Factor {
 const FIXED: u32 = u32::MAX;
 
 impl Factor {
-    pub(super) fn new(problem: &StaticProblem) -> Result<Factor, KernelError> {
+    pub(crate) fn new(problem: &StaticProblem) -> Result<Factor, KernelError> {
         let (components, equations) = number(problem);
         let size = components.len();
         let failed = |reason: String| KernelError::Factor {
@@ -78,6 +78,27 @@ impl Factor {
         })
     }
 
+    /// The components that can move, one for each equation.
+    pub(crate) fn components(&self) -> &[usize] {
+        &self.components
+    }
+
+    /// The equation of a component that can move.
+    pub(crate) fn equation(&self, component: usize) -> Option<usize> {
+        let equation = self.equations[component];
+        (equation != FIXED).then_some(equation as usize)
+    }
+
+    /// Replaces right-hand sides, each in the order of the equations, by their solutions.
+    pub(crate) fn solve_columns(&self, columns: &mut [Vec<f64>]) {
+        let mut x = Mat::from_fn(self.components.len(), columns.len(), |i, j| columns[j][i]);
+        self.solve_in_place(&mut x);
+        for (j, column) in columns.iter_mut().enumerate() {
+            let rows = column.iter_mut().enumerate();
+            rows.for_each(|(i, value)| *value = x[(i, j)]);
+        }
+    }
+
     /// True where the component can move.
     pub(super) fn moves(&self, component: usize) -> bool {
         self.equations[component] != FIXED
@@ -87,12 +108,18 @@ impl Factor {
     pub(crate) fn solve(&self, force: &[f64]) -> Vec<f64> {
         let mut x = Mat::from_fn(self.components.len(), 1, |i, _| force[self.components[i]]);
         self.solve_in_place(&mut x);
-        let mut u = vec![0.0; force.len()];
-        for (row, component) in self.components.iter().enumerate() {
-            u[*component] = x[(row, 0)];
+        let numbers: Vec<f64> = (0..x.nrows()).map(|row| x[(row, 0)]).collect();
+        self.field(&numbers, force.len())
+    }
+
+    /// The field of this length with a number for each equation.
+    pub(crate) fn field(&self, numbers: &[f64], length: usize) -> Vec<f64> {
+        let mut field = vec![0.0; length];
+        for (component, number) in self.components.iter().zip(numbers) {
+            field[*component] = *number;
         }
-        self.layout.repeat_period(&mut u);
-        u
+        self.layout.repeat_period(&mut field);
+        field
     }
 
     /// Replaces right-hand sides, column by column, by their solutions.
@@ -106,7 +133,7 @@ impl Factor {
     }
 
     /// Displacements of the components `at` under a unit force on each of the components `sources`, column by column.
-    pub(super) fn columns(&self, sources: &[usize], at: &[usize]) -> Vec<Vec<f64>> {
+    pub(crate) fn columns(&self, sources: &[usize], at: &[usize]) -> Vec<Vec<f64>> {
         let mut columns = Vec::with_capacity(sources.len());
         for group in sources.chunks(SOLVED_TOGETHER) {
             let mut x = Mat::<f64>::zeros(self.components.len(), group.len());

@@ -1,0 +1,163 @@
+//! The near and the far part of a compliance.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
+
+use super::modes::add;
+
+/// Largest spectral radius of C_near^-1 C_far: a change of force of one window comes back halved in the next.
+pub const RADIUS_MAX: f64 = 0.5;
+
+/// Ratio of the distances that are tried.
+const GROWTH: f64 = 1.25;
+
+/// Directions from which a spectral radius is computed.
+const DIRECTIONS: usize = 48;
+
+/// Distance within which a compliance acts in the same window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NearChoice {
+    /// The first distance from this one on (m) for which windows are stable.
+    From(f64),
+    /// This distance (m).
+    Exactly(f64),
+}
+
+/// A compliance C = C_near + C_far (m/N), both symmetric and column-major.
+#[derive(Clone, Debug)]
+pub struct NearField {
+    /// Distance within which a component belongs to C_near (m).
+    pub reach: f64,
+    /// Spectral radius of C_near^-1 C_far, infinite where C_near is not positive definite.
+    pub radius: f64,
+    /// C_near.
+    pub near: Vec<f64>,
+    far: Vec<f64>,
+    /// Rows of each column of C_near outside of which it is zero.
+    bands: Vec<[usize; 2]>,
+}
+
+impl NearField {
+    /// Splits a compliance between components at these distances from each other (m).
+    pub(crate) fn choose(
+        compliance: &DMatrix<f64>,
+        distance: impl Fn(usize, usize) -> f64,
+        choice: NearChoice,
+    ) -> NearField {
+        let mut reach = match choice {
+            NearChoice::From(reach) | NearChoice::Exactly(reach) => reach,
+        };
+        loop {
+            let field = NearField::split(compliance, &distance, reach);
+            let is_whole = field.far.iter().all(|c| *c == 0.0);
+            if field.is_stable() || is_whole || matches!(choice, NearChoice::Exactly(_)) {
+                return field;
+            }
+            reach *= GROWTH;
+        }
+    }
+
+    /// True where windows are stable.
+    pub fn is_stable(&self) -> bool {
+        self.radius <= RADIUS_MAX
+    }
+
+    fn split(
+        compliance: &DMatrix<f64>,
+        distance: &impl Fn(usize, usize) -> f64,
+        reach: f64,
+    ) -> NearField {
+        let n = compliance.nrows();
+        let is_near = |i: usize, j: usize| distance(i, j) <= reach;
+        let part = |wanted: bool| {
+            let of = |i, j| {
+                if is_near(i, j) == wanted {
+                    compliance[(i, j)]
+                } else {
+                    0.0
+                }
+            };
+            DMatrix::from_fn(n, n, of)
+        };
+        let [near, far] = [true, false].map(part);
+        let band = |j: usize| {
+            let first = (0..n).find(|i| near[(*i, j)] != 0.0).unwrap_or(j);
+            let last = (0..n).rfind(|i| near[(*i, j)] != 0.0).unwrap_or(j);
+            [first, last + 1]
+        };
+        NearField {
+            reach,
+            radius: spectral_radius(&near, &far),
+            bands: (0..n).map(band).collect(),
+            near: near.as_slice().to_vec(),
+            far: far.as_slice().to_vec(),
+        }
+    }
+
+    /// Adds C_near f to the displacements.
+    pub(crate) fn add_near(&self, force: &[f64], displacement: &mut [f64]) {
+        let columns = self.near.chunks_exact(force.len().max(1));
+        for ((column, [first, end]), f) in columns.zip(&self.bands).zip(force) {
+            add(&mut displacement[*first..*end], *f, &column[*first..*end]);
+        }
+    }
+
+    /// C_far f (m).
+    pub(crate) fn far(&self, force: &[f64]) -> Vec<f64> {
+        let mut moved = vec![0.0; force.len()];
+        if self.radius > 0.0 {
+            let columns = self.far.chunks_exact(force.len().max(1));
+            columns
+                .zip(force)
+                .for_each(|(column, f)| add(&mut moved, *f, column));
+        }
+        moved
+    }
+}
+
+/// The largest |eigenvalue| of near^-1 far, infinite where `near` is not positive definite on the components that move. It is the largest of the
+/// symmetric L^-1 far L^-T with near = L L^T, computed by Lanczos iteration with all directions kept orthogonal.
+fn spectral_radius(near: &DMatrix<f64>, far: &DMatrix<f64>) -> f64 {
+    if far.iter().all(|c| *c == 0.0) {
+        return 0.0;
+    }
+    let moving: Vec<usize> = (0..near.nrows())
+        .filter(|i| near[(*i, *i)] != 0.0)
+        .collect();
+    let part = |of: &DMatrix<f64>| of.select_rows(&moving).select_columns(&moving);
+    let (Some(factor), far) = (Cholesky::new(part(near)), part(far)) else {
+        return f64::INFINITY;
+    };
+    let n = moving.len();
+    let rough = DVector::from_fn(n, |i, _| {
+        ((i + 1) as f64 * 0.618_033_988_749_894_9).fract() - 0.5
+    });
+    let mut directions = vec![rough.normalize()];
+    let mut products = DMatrix::<f64>::zeros(DIRECTIONS, DIRECTIONS);
+    let mut done = 0;
+    while done < DIRECTIONS.min(n) && done < directions.len() {
+        let mut image = product(&factor, &far, &directions[done]);
+        let length = image.norm();
+        for (i, direction) in directions.iter().chain(&directions).enumerate() {
+            let along = direction.dot(&image);
+            image.axpy(-along, direction, 1.0);
+            products[(i % directions.len(), done)] += along;
+        }
+        done += 1;
+        let rest = image.norm();
+        if rest > 1e-10 * length {
+            directions.push(image / rest);
+        }
+    }
+    let reduced = DMatrix::from_fn(done, done, |i, j| products[(i.min(j), i.max(j))]);
+    SymmetricEigen::new(reduced).eigenvalues.amax()
+}
+
+/// L^-1 far L^-T x.
+fn product(factor: &Cholesky<f64, Dyn>, far: &DMatrix<f64>, x: &DVector<f64>) -> DVector<f64> {
+    let lower = factor.l_dirty();
+    let mut y = x.clone();
+    lower.tr_solve_lower_triangular_mut(&mut y);
+    let mut image = far * y;
+    lower.solve_lower_triangular_mut(&mut image);
+    image
+}

@@ -1,0 +1,357 @@
+//! A supported linear body in motion as its lowest modes.
+
+use std::collections::BTreeMap;
+
+use fem_kernel::integrate::state::NodalState;
+use fem_kernel::mesh::Edge;
+use fem_kernel::pack::largest;
+use fem_kernel::reduced::ReducedBody;
+use fem_kernel::reduced::modes::ModeChoice;
+use fem_kernel::reduced::near::NearChoice;
+use fem_kernel::reduced::surface::{FreeMotion, ReducedState, ReducedSurface, ReducedWindow};
+use kit::keys::refuse_if;
+use protocol::{Setting, Window};
+use serde::{Deserialize, Serialize};
+
+use super::windows::FORCE;
+use crate::config::keys::FemConfig;
+use crate::config::reduced::{NearReach, ReducedConfig};
+use crate::error::FemError;
+use crate::interface::Interface;
+use crate::model::Model;
+use crate::output::probe::PressureMaxima;
+use crate::output::reduced_ledger::ReducedLedger;
+use crate::output::snapshot::Snapshots;
+
+/// Distances of neighbouring exchanged points in the shortest near field that is chosen.
+const SPACINGS_MIN: f64 = 2.0;
+
+/// Ratio of kinetic energy to the work of all forces above which a run has diverged, as for a body of elements.
+const EXCESS: f64 = 10.0;
+
+/// A linear body as its lowest modes and its static flexibility ([`fem_kernel::reduced`]).
+pub struct ReducedNode {
+    /// Mesh, body, scheme and loads.
+    pub model: Model,
+    pub(super) snapshots: Snapshots,
+    pub(super) body: ReducedBody,
+    near: NearReach,
+    pub(super) interface: Interface,
+    /// Components that reports read, beside the exchanged ones.
+    reported: Vec<usize>,
+    /// The surface of the present selection.
+    surface: Option<ReducedSurface>,
+    /// Windows by numbers of steps.
+    pub(super) windows: BTreeMap<u32, ReducedWindow>,
+    /// The motion of the next window without interface force, and its number of steps.
+    pub(super) free: Option<(u32, FreeMotion)>,
+    /// C_far of the committed force in windows of this number of steps.
+    pub(super) far: Option<(u32, Vec<f64>)>,
+    pub(super) committed: ReducedCommitted,
+    /// Last window advanced: index, number of steps, force and displacements.
+    pub(super) pending: Option<(u64, u32, [Vec<f64>; 2])>,
+    /// The committed state in the reported components only.
+    pub(super) seen: NodalState,
+}
+
+/// Everything that accepted windows change.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct ReducedCommitted {
+    pub(super) state: ReducedState,
+    pub(super) ledger: ReducedLedger,
+    /// Own steps since the start.
+    pub(super) steps: u64,
+    /// Steps of all windows, repeated ones included.
+    pub(super) steps_done: u64,
+    /// Windows of modes computed, repeated ones included.
+    pub(super) mode_windows: u64,
+    /// Largest pressures at the snapshot of the hold.
+    pub(super) hold_maxima: Option<PressureMaxima>,
+    /// Largest strain at the ends of the phases so far.
+    pub(super) strain_max: f64,
+}
+
+impl ReducedNode {
+    /// Builds the body and computes its modes; it starts undeformed and at rest.
+    pub fn new(
+        config: &FemConfig,
+        reduced: ReducedConfig,
+        setting: &Setting,
+    ) -> Result<ReducedNode, FemError> {
+        let model = Model::new(config, setting)?;
+        let count = reduced.modes.map(|count| ModeChoice::Count(count as usize));
+        let choice = count.or(reduced.omega_max_per_s.map(ModeChoice::UpTo));
+        let choice = choice.expect("the configuration has been checked");
+        let body = ReducedBody::new(&model.static_problem(), model.scheme, choice)?;
+        refuse_if(
+            body.modes.omega.is_empty(),
+            "reduced.omega_max_per_s",
+            format!(
+                "lies below the lowest frequency of the body, {:.3e} 1/s, and a body without modes has no mass",
+                body.modes.neglected.unwrap_or_default()
+            ),
+            "raise it, or give modes = 50",
+        )?;
+        Ok(ReducedNode {
+            snapshots: Snapshots::new(setting),
+            body,
+            near: reduced.near_m,
+            interface: Interface::default(),
+            reported: Vec::new(),
+            surface: None,
+            windows: BTreeMap::new(),
+            free: None,
+            far: None,
+            committed: ReducedCommitted::default(),
+            pending: None,
+            seen: NodalState::at_rest(&model.body),
+            model,
+        })
+    }
+
+    /// True where points may be further apart than the near field reaches.
+    pub(super) fn has_far_field(&self) -> bool {
+        !matches!(self.near, NearReach::Metres(reach) if reach >= self.model.size)
+    }
+
+    /// Forgets everything that belongs to another selection.
+    pub(super) fn reselect(&mut self) {
+        (self.surface, self.free, self.pending) = (None, None, None);
+        self.far = None;
+        self.windows.clear();
+    }
+
+    /// The surface of the present selection.
+    pub(super) fn surface(&mut self) -> &ReducedSurface {
+        let exchanged = &self.interface.components;
+        let (model, body) = (&self.model, &self.body);
+        let built = self.surface.is_none();
+        if built {
+            let mut reported = reported_components(model);
+            reported.retain(|component| !exchanged.contains(component));
+            self.reported = reported;
+        }
+        let reported = &self.reported;
+        let surface = self.surface.get_or_insert_with(|| {
+            let loads = model.tractions.iter();
+            let loads: Vec<&[(usize, f64)]> = loads.map(|load| &*load.forces).collect();
+            ReducedSurface::new(body, exchanged, reported, &loads)
+        });
+        if built {
+            self.committed.state = surface.at_rest();
+        }
+        surface
+    }
+
+    /// Builds the surface, and the window of these steps, unless they are known.
+    pub(super) fn prepare(&mut self, substeps: u32) -> Result<(), FemError> {
+        if substeps == 0 {
+            return Err(FemError::NoSteps);
+        }
+        self.surface();
+        if self.windows.contains_key(&substeps) {
+            return Ok(());
+        }
+        let window = self.split(substeps, None);
+        if !window.field.is_stable() {
+            let needed = self.split(substeps, Some(window.field.reach));
+            return Err(FemError::NearTooShort {
+                near_m: window.field.reach,
+                radius: window.field.radius,
+                needed_m: needed.field.reach,
+                modes: self.body.modes.omega.len(),
+                substeps,
+                window_s: self.model.scheme.step * f64::from(substeps),
+            });
+        }
+        self.windows.insert(substeps, window);
+        Ok(())
+    }
+
+    /// A window of these steps, its near field as configured or the least stable one from this distance on (m).
+    fn split(&self, substeps: u32, from: Option<f64>) -> ReducedWindow {
+        let points = self.exchanged_points();
+        let period = self.model.mesh.period();
+        let distance = |i: usize, j: usize| {
+            let [p, q] = [points[i / 2], points[j / 2]];
+            let x = (p[0] - q[0]).abs();
+            let x = period.map_or(x, |period| x.min(period - x));
+            x.hypot(p[1] - q[1])
+        };
+        let spacing = (1..points.len()).map(|i| distance(2 * i, 2 * i - 2));
+        let least = spacing.fold(f64::INFINITY, f64::min).min(self.model.size);
+        let choice = match (from, self.near) {
+            (Some(from), _) => NearChoice::From(from.max(least)),
+            (None, NearReach::Auto) => NearChoice::From(SPACINGS_MIN * least),
+            (None, NearReach::Metres(reach)) => NearChoice::Exactly(reach),
+        };
+        let surface = self.surface.as_ref().expect("it was built before");
+        surface.window(substeps, distance, choice)
+    }
+
+    /// Positions of the exchanged points (m).
+    fn exchanged_points(&self) -> Vec<[f64; 2]> {
+        let points = self.interface.exchanged.iter();
+        let at = |node: &[usize; 2]| self.model.mesh.point(node[0], node[1]);
+        points.map(at).collect()
+    }
+
+    /// Runs a window under an interface force, and returns the increments of the exchanged components (m).
+    pub(super) fn try_window(
+        &mut self,
+        window: &Window,
+        force: &[f64],
+    ) -> Result<Vec<f64>, FemError> {
+        FORCE.admit(window, force, self.interface.components.len())?;
+        self.pending = None;
+        self.prepare(window.substeps)?;
+        let (model, committed) = (&self.model, &mut self.committed);
+        let (surface, of_window) = (self.surface.as_ref(), &self.windows[&window.substeps]);
+        let surface = surface.expect("it was prepared");
+        if self
+            .free
+            .as_ref()
+            .is_none_or(|(n, _)| *n != window.substeps)
+        {
+            let (start, h) = (committed.steps, model.scheme.step);
+            let factor = |load: usize, k: u32| {
+                let history = &model.tractions[load].history;
+                history.factor((start + u64::from(k)) as f64 * h)
+            };
+            let far = self.far.take().filter(|(n, _)| *n == window.substeps);
+            let far = far.map(|(_, far)| far);
+            let free = surface.free(of_window, &committed.state, factor, far);
+            self.free = Some((window.substeps, free));
+        }
+        let (_, free) = self.free.as_ref().expect("it was just made");
+        let displacement = surface.displacement(of_window, free, force);
+        committed.steps_done += u64::from(window.substeps);
+        committed.mode_windows += self.body.modes.omega.len() as u64;
+        let far = largest(displacement.iter().map(|u| u.abs()));
+        if far.is_nan() || far >= model.size {
+            return Err(self.diverged(window, far));
+        }
+        let before = &committed.state.displacement;
+        let increments = displacement.iter().zip(before).map(|(new, old)| new - old);
+        let increments = increments.collect();
+        self.pending = Some((
+            window.index,
+            window.substeps,
+            [force.to_vec(), displacement],
+        ));
+        Ok(increments)
+    }
+
+    fn diverged(&self, window: &Window, displacement_m: f64) -> FemError {
+        let (steps, h) = (self.committed.steps, self.model.scheme.step);
+        FemError::Diverged {
+            window: window.index,
+            iteration: window.iteration,
+            time_s: (steps + u64::from(window.substeps)) as f64 * h,
+            displacement_m,
+            step_s: h,
+            limit_s: self.model.step_limit,
+        }
+    }
+
+    /// Makes the last window the committed state.
+    pub(super) fn try_commit(&mut self, window: &Window) -> Result<(), FemError> {
+        let (substeps, [force, displacement]) = match self.pending.take() {
+            Some((index, substeps, input)) if index == window.index => (substeps, input),
+            other => {
+                let (window, advanced) = (window.index, other.map(|(index, ..)| index));
+                return Err(FemError::NotAdvanced { window, advanced });
+            }
+        };
+        let (surface, free) = (self.surface.as_ref(), self.free.take());
+        let (surface, (_, free)) = surface.zip(free).expect("the window was advanced");
+        let committed = &mut self.committed;
+        let motion = (&committed.state, &free);
+        let of_window = &self.windows[&substeps];
+        let end = surface.commit(of_window, motion, &force, &displacement);
+        committed.ledger.add(&end.energies);
+        (committed.state, committed.steps) = (end.state, committed.steps + u64::from(substeps));
+        self.far = Some((substeps, end.far));
+        self.see(&end.beside);
+        self.check_energy(window)
+    }
+
+    /// Refuses a diverging run long before its displacements are large.
+    fn check_energy(&self, window: &Window) -> Result<(), FemError> {
+        let (ledger, steps) = (&self.committed.ledger, self.committed.steps);
+        if ledger.kinetic <= EXCESS * ledger.supplied {
+            return Ok(());
+        }
+        Err(FemError::EnergyExcess {
+            window: window.index,
+            iteration: window.iteration,
+            step: steps,
+            time_s: steps as f64 * self.model.scheme.step,
+            kinetic_j: ledger.kinetic,
+            supplied_j: ledger.supplied,
+            step_s: self.model.scheme.step,
+            limit_s: self.model.step_limit,
+        })
+    }
+
+    /// Enters the displacements of the surface, those beside the exchanged ones given, and the velocities of probes.
+    fn see(&mut self, beside: &[f64]) {
+        let exchanged = &self.interface.components;
+        let rows = || exchanged.iter().chain(&self.reported);
+        let moved = self.committed.state.displacement.iter().chain(beside);
+        rows()
+            .zip(moved)
+            .for_each(|(component, u)| self.seen.u[*component] = *u);
+        let surface = self.surface.as_ref();
+        if let Some(surface) = surface.filter(|_| !self.model.probes.is_empty()) {
+            let velocities = surface.velocities(&self.committed.state);
+            rows()
+                .zip(velocities)
+                .for_each(|(component, v)| self.seen.v[*component] = v);
+        }
+    }
+
+    /// Displacements and velocities of the whole body.
+    pub(super) fn recovered(&mut self) -> NodalState {
+        self.surface();
+        let committed = &self.committed;
+        let mut force = vec![0.0; self.model.body.layout.len()];
+        let t = committed.steps as f64 * self.model.scheme.step;
+        for load in &self.model.tractions {
+            let factor = load.history.factor(t);
+            load.forces
+                .iter()
+                .for_each(|(c, f)| force[*c] += factor * f);
+        }
+        let exchanged = self.interface.components.iter();
+        exchanged
+            .zip(&committed.state.force)
+            .for_each(|(c, f)| force[*c] += f);
+        let [u, v] = self.body.recovered(&committed.state.mode_states(), &force);
+        let mut state = NodalState::at_rest(&self.model.body);
+        state.u.copy_from_slice(&u);
+        state.v.copy_from_slice(&v);
+        state
+    }
+
+    pub(super) fn residual_share(&self) -> f64 {
+        self.surface
+            .as_ref()
+            .map_or(0.0, |surface| surface.residual_share)
+    }
+}
+
+/// Components of the upper edge, and of the nodes around probes.
+fn reported_components(model: &Model) -> Vec<usize> {
+    let layout = model.body.layout;
+    let probes = model.probes.iter().flat_map(|probe| probe.at());
+    let probes = probes.flat_map(|node| [0, 1].map(|k| layout.index(node, k)));
+    let edge = model.mesh.edge(Edge::Top).into_iter();
+    let mut all: Vec<usize> = edge
+        .map(|node| layout.index(node, 1))
+        .chain(probes)
+        .collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
