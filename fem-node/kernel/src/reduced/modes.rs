@@ -299,6 +299,23 @@ pub(crate) fn add(y: &mut [f64], factor: f64, x: &[f64]) {
     });
 }
 
+/// y + sum of factor_j x_j over the columns x_j, each of which holds the numbers of y from `first` on. One call for all columns: choosing the registers
+/// takes longer than a short column.
+pub(crate) fn add_columns(
+    y: &mut [f64],
+    (columns, length, first): (&[f64], usize, usize),
+    factors: impl Iterator<Item = f64>,
+) {
+    let end = first + y.len();
+    vectorised!({
+        for (column, factor) in columns.chunks_exact(length.max(1)).zip(factors) {
+            for (y, x) in y.iter_mut().zip(&column[first..end]) {
+                *y += factor * x;
+            }
+        }
+    });
+}
+
 fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
 }

@@ -2,7 +2,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 
-use super::modes::add;
+use super::modes::add_columns;
+use crate::pack::vectorised;
 
 /// Largest spectral radius of C_near^-1 C_far: a change of force of one window comes back halved in the next.
 pub const RADIUS_MAX: f64 = 0.5;
@@ -96,19 +97,22 @@ impl NearField {
     /// Adds C_near f to the displacements.
     pub(crate) fn add_near(&self, force: &[f64], displacement: &mut [f64]) {
         let columns = self.near.chunks_exact(force.len().max(1));
-        for ((column, [first, end]), f) in columns.zip(&self.bands).zip(force) {
-            add(&mut displacement[*first..*end], *f, &column[*first..*end]);
-        }
+        vectorised!({
+            for ((column, [first, end]), f) in columns.zip(&self.bands).zip(force) {
+                let rows = displacement[*first..*end].iter_mut();
+                for (u, c) in rows.zip(&column[*first..*end]) {
+                    *u += f * c;
+                }
+            }
+        });
     }
 
     /// C_far f (m).
     pub(crate) fn far(&self, force: &[f64]) -> Vec<f64> {
         let mut moved = vec![0.0; force.len()];
         if self.radius > 0.0 {
-            let columns = self.far.chunks_exact(force.len().max(1));
-            columns
-                .zip(force)
-                .for_each(|(column, f)| add(&mut moved, *f, column));
+            let columns = (self.far.as_slice(), force.len(), 0);
+            add_columns(&mut moved, columns, force.iter().copied());
         }
         moved
     }

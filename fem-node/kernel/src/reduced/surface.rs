@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::ReducedBody;
-use super::modes::{add, dot};
+use super::modes::{add, add_columns, dot};
 use super::near::{NearChoice, NearField};
 use super::oscillator::{ModeLoss, ModeState, WindowMap, stepped};
 use crate::scheme::NewmarkScheme;
@@ -313,10 +313,8 @@ impl ReducedSurface {
     /// Displacements of the rows that are not exchanged (m).
     fn displacements_beside(&self, modes: &[ModeState], end: &ReducedState) -> Vec<f64> {
         let mut beside = vec![0.0; self.rows - self.exchanged];
-        let columns = self.beside.chunks_exact(beside.len().max(1));
-        columns
-            .zip(&end.force)
-            .for_each(|(column, f)| add(&mut beside, *f, column));
+        let columns = (self.beside.as_slice(), beside.len(), 0);
+        add_columns(&mut beside, columns, end.force.iter().copied());
         for (load, [factor, _]) in self.loads.iter().zip(&end.loads) {
             add(&mut beside, *factor, &load.residual[self.exchanged..]);
         }
@@ -327,29 +325,27 @@ impl ReducedSurface {
     /// Velocities of all rows (m/s).
     pub fn velocities(&self, state: &ReducedState) -> Vec<f64> {
         let mut velocities = vec![0.0; self.rows];
-        let columns = self.shapes.chunks_exact(self.rows.max(1));
-        columns
-            .zip(&state.modes)
-            .for_each(|(shape, [_, v])| add(&mut velocities, *v, shape));
+        let columns = (self.shapes.as_slice(), self.rows, 0);
+        add_columns(
+            &mut velocities,
+            columns,
+            state.modes.iter().map(|mode| mode[1]),
+        );
         velocities
     }
 
     /// Phi^T lambda of each mode.
     fn modal_force(&self, force: &[f64]) -> Vec<f64> {
         let mut modal = vec![0.0; self.omega.len()];
-        let rows = self.amplitudes.chunks_exact(self.omega.len().max(1));
-        rows.zip(force)
-            .for_each(|(row, f)| add(&mut modal, *f, row));
+        let rows = (self.amplitudes.as_slice(), modal.len(), 0);
+        add_columns(&mut modal, rows, force.iter().copied());
         modal
     }
 
     /// Adds Phi eta to the displacements of the rows from `first` on.
     fn add_modes(&self, modes: &[ModeState], first: usize, displacement: &mut [f64]) {
-        let rows = first..first + displacement.len();
-        let columns = self.shapes.chunks_exact(self.rows.max(1));
-        for (shape, mode) in columns.zip(modes) {
-            add(displacement, mode.u, &shape[rows.clone()]);
-        }
+        let columns = (self.shapes.as_slice(), self.rows, first);
+        add_columns(displacement, columns, modes.iter().map(|mode| mode.u));
     }
 
     /// Each mode over the window under its constant force and the loads: its end, its losses, and du of each step, or of the window where the loads are
