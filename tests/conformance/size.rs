@@ -8,11 +8,11 @@ use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sou
 /// Lines of each crate, equal to the actual count. A change that makes a crate smaller lowers its number; an issue with an allowance
 /// raises numbers by at most that allowance.
 const LINES: [(&str, usize); 19] = [
-    ("protocol", 2_323),
+    ("protocol", 2_325),
     ("kit", 1_770),
     ("network", 823),
-    ("fem-kernel", 7_461),
-    ("fem-node", 6_543),
+    ("fem-kernel", 8_481),
+    ("fem-node", 7_215),
     ("dem-kernel", 9_789),
     ("dem-node", 8_552),
     ("scheme", 4_160),
@@ -24,13 +24,13 @@ const LINES: [(&str, usize); 19] = [
     ("terminal", 363),
     ("draw", 845),
     ("report", 4_660),
-    ("study", 5_016),
-    ("lab", 3_553),
-    ("coupler", 2_984),
+    ("study", 5_020),
+    ("lab", 3_556),
+    ("coupler", 3_008),
 ];
 
 /// Lines in other languages: modules of the Python package, and the player of a movie.
-const BESIDE: usize = 3_260;
+const BESIDE: usize = 3_327;
 
 #[test]
 fn the_crates_have_the_lines_of_their_limits() {

@@ -31,8 +31,11 @@ impl Budget {
     /// # Errors
     /// The text is none of these; the error says why.
     pub fn parse(text: &str) -> Result<Budget, String> {
-        let usage =
-            || format!("`{text}` is neither error=2%, MEASURE=2% nor wall=60s (or min, or h), with a number above 0");
+        let usage = || {
+            format!(
+                "`{text}` is neither error=2%, MEASURE=2% nor wall=60s (or min, or h), with a number above 0"
+            )
+        };
         let (name, value) = text.split_once('=').ok_or_else(usage)?;
         let positive = |text: &str, factor: f64| {
             let number = text.trim().parse::<f64>().ok().map(|x| x * factor);
