@@ -24,7 +24,7 @@ const LINES: [(&str, usize); 19] = [
     ("terminal", 363),
     ("draw", 845),
     ("report", 4_660),
-    ("study", 5_020),
+    ("study", 5_019),
     ("lab", 3_556),
     ("coupler", 3_008),
 ];
