@@ -61,13 +61,16 @@ impl LineContact {
     /// Solves for the steady state: pressure, shear, approach and creepage, with the sets of closed and sticking cells.
     ///
     /// # Panics
-    /// When the sets go on changing.
+    /// The sets go on changing.
     pub fn roll(&self) -> Rolled {
         let count = 2 * (REACH * self.cells as f64) as usize;
         let grid = Grid::new(self, count);
-        let start = |i: usize| match grid.x(i).abs() < 1.0 {
-            true => Cell::Stick,
-            false => Cell::Open,
+        let start = |i: usize| {
+            if grid.x(i).abs() < 1.0 {
+                Cell::Stick
+            } else {
+                Cell::Open
+            }
         };
         let mut cells: Vec<Cell> = (0..count).map(start).collect();
         let mut single = 0;

@@ -16,7 +16,7 @@ use scenario::error::Error;
 /// pressure exceeds [`PRESSED`] times the largest.
 const MEAN_SHARE: f64 = 0.05;
 const MEAN_SHARE_PRESSED: f64 = 0.1;
-const PRESSED: f64 = 0.01;
+pub(super) const PRESSED: f64 = 0.01;
 
 /// Columns that the report adds to signals.csv: |D| over its amplitude (%), rise of the wheel since its motion began (m), |F_T|/F_N.
 const SHARE: &str = "share_of_amplitude_pct";

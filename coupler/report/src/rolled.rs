@@ -2,17 +2,15 @@
 
 use draw::picture::Picture;
 use draw::plot::{BACKGROUND, PlotCurve, plot};
+use kit::rolling::nearest_image;
 use runs::files::RunFiles;
 use scenario::overrides::{number, value_at};
 
-use super::curves::column;
+use super::curves::{PRESSED, column};
 use super::line_contact::{LineContact, friction};
 
 /// Width of the picture in half-widths of the contact to either side.
 const REACH: f64 = 1.5;
-
-/// Share of the largest pressure from which a point belongs to the contact.
-const PRESSED: f64 = 0.01;
 
 /// A point of the surface: distance ahead of the wheel's centre (m), pressure and shear in the direction of rolling (Pa), status.
 type Point = (f64, [f64; 2], String);
@@ -100,8 +98,7 @@ fn points(run: &RunFiles) -> Option<Vec<Point>> {
         let [x, pressure, shear, status] = Vec::from_iter(line.split(',')).try_into().ok()?;
         let number = |cell: &str| cell.parse::<f64>().ok();
         let (x, pressure, shear) = (number(x)?, number(pressure)?, number(shear)?);
-        let apart = x - centre;
-        let apart = period.map_or(apart, |period| apart - period * (apart / period).round());
+        let apart = nearest_image(x - centre, period);
         let along = 1.0_f64.copysign(speed);
         Some((along * apart, [pressure, along * shear], status.to_string()))
     });

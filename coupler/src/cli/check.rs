@@ -166,7 +166,7 @@ fn work_line(name: &str, participant: &Value) -> Option<String> {
     ))
 }
 
-/// What each reduced body keeps, and how far its forces act in a window.
+/// Modes and near field of each reduced body.
 fn reduced_lines(results: &Map<String, Value>) -> Vec<String> {
     let bodies = results
         .keys()

@@ -157,6 +157,32 @@ pub fn csv(means: &[EnsembleMean]) -> String {
 }
 
 #[cfg(test)]
+impl EnsembleMean {
+    /// The mean of a single run, for tests of the pictures.
+    pub(super) fn single(
+        name: &str,
+        unit: &'static str,
+        chosen: Vec<(usize, String)>,
+        mean: f64,
+    ) -> EnsembleMean {
+        EnsembleMean {
+            measure: 0,
+            name: name.into(),
+            unit,
+            setting: String::new(),
+            chosen,
+            reference: false,
+            values: vec![mean],
+            runs: 1,
+            mean,
+            deviation: 0.0,
+            half_width: 0.0,
+            difference: None,
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

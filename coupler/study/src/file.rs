@@ -316,11 +316,16 @@ impl StudyFile {
     }
 }
 
+/// Name and folder of the shipped study that this path names; `None` for a path that exists.
+pub(super) fn shipped(path: &Path) -> Option<(&str, String)> {
+    let name = path.to_str().filter(|_| !path.exists())?;
+    Some((name, scenes::study_folder(name)?))
+}
+
 /// The text of a file of a study; a shipped study's if no path has that name.
 pub(super) fn shipped_or_read(path: &Path, file: &str) -> io::Result<Cow<'static, str>> {
-    let name = path.to_str().filter(|_| !path.exists());
-    let shipped = name.and_then(scenes::study_folder);
-    match shipped.and_then(|folder| scenes::text(&format!("{folder}/{file}"))) {
+    let text = |(_, folder): (&str, String)| scenes::text(&format!("{folder}/{file}"));
+    match shipped(path).and_then(text) {
         Some(text) => Ok(text.into()),
         None => std::fs::read_to_string(path).map(Cow::Owned),
     }

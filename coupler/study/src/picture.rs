@@ -527,20 +527,7 @@ mod tests {
 
     fn mean(chosen: &[(usize, &str)], mean: f64) -> EnsembleMean {
         let chosen = chosen.iter().map(|(key, value)| (*key, value.to_string()));
-        EnsembleMean {
-            measure: 0,
-            name: "pressure".into(),
-            unit: "Pa",
-            setting: String::new(),
-            chosen: chosen.collect(),
-            reference: false,
-            values: vec![mean],
-            runs: 1,
-            mean,
-            deviation: 0.0,
-            half_width: 0.0,
-            difference: None,
-        }
+        EnsembleMean::single("pressure", "Pa", chosen.collect(), mean)
     }
 
     fn joined(svg: &str) -> usize {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::file::{KeyValue, MOST_RUNS, Mode, Small, StudyFile, Vary, shown};
+use super::file::{self, KeyValue, MOST_RUNS, Mode, Small, StudyFile, Vary, shown};
 use super::knobs::shipped;
 use runs::curve::evenly;
 use runs::identity::build;
@@ -11,7 +11,7 @@ use scenario::error::{Error, Refusal};
 use scenario::keys::Scenario;
 use scenario::load::{Loaded, load};
 use scenario::overrides::{key_of, remove_at, value_at};
-use scenes::{STUDY, kept, stands_alone, study_folder};
+use scenes::{STUDY, kept, stands_alone};
 
 /// Role of a task in its study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -250,10 +250,8 @@ pub fn runs(tasks: &[Task]) -> Vec<&Task> {
 
 /// The folder of a study. A shipped study whose scenarios are files beside it is unpacked.
 fn beside(path: &Path) -> Result<PathBuf, Error> {
-    let name = path.to_str().filter(|_| !path.exists());
-    let shipped = name.and_then(|name| Some((name, study_folder(name)?)));
     let with_files = |(_, folder): &(&str, String)| !stands_alone(&format!("{folder}/{STUDY}"));
-    match shipped.filter(with_files) {
+    match file::shipped(path).filter(with_files) {
         Some((name, folder)) => Ok(kept::all(name)?.join(folder)),
         None => Ok(path.parent().unwrap_or(Path::new("")).to_path_buf()),
     }

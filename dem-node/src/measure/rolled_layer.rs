@@ -47,9 +47,8 @@ impl Touch {
 }
 
 /// Jumps of velocity over V at the sites from the wheel to the base, then masses (kg): grains in the contact, and loose grains in it, ahead of it and
-/// behind it, up to its own width. `None` without contacts on both faces,
-/// or without grains between them. `ends` are the front and rear end of the contact (m), `real` is the share
-/// of real mass in the masses.
+/// behind it, up to its own width. `None` without contacts on both faces, or without grains between them. `ends` are the front and rear end of the
+/// contact (m), `real` is the share of real mass in the masses.
 pub fn measure(
     rolling: &Rolling,
     (bodies, state): (&Bodies, &GrainState),
@@ -80,9 +79,12 @@ pub fn measure(
     let from_top = [face, top, four, three, two, one, bottom, below, 0.0];
     let scale = along / rolling.speed.abs();
     let masses = masses(bodies, state, &before, ends, real);
-    Some(std::array::from_fn(|k| match k {
-        k if k < SITES => scale * (from_top[k] - from_top[k + 1]),
-        k => masses[k - SITES],
+    Some(std::array::from_fn(|k| {
+        if k < SITES {
+            scale * (from_top[k] - from_top[k + 1])
+        } else {
+            masses[k - SITES]
+        }
     }))
 }
 

@@ -26,8 +26,9 @@
 //!
 //! # Energies
 //!
-//! The modes store eta Omega^2 eta / 2 and the residual stores f F_res f / 2. Scheme and mass damping act on the modes. The residual moves at once when its force jumps, and loses df F_res df / 2; the far field adds lambda d(-C_far dlambda), which has either
-//! sign and tends to 0 with the change of the force. [`surface::ReducedSurface::commit`] computes them.
+//! The modes store eta Omega^2 eta / 2 and the residual stores f F_res f / 2. Scheme and mass damping act on the modes. The residual moves at once when
+//! its force jumps, and loses df F_res df / 2; the far field adds lambda d(-C_far dlambda), which has either sign and tends to 0 with the change of the
+//! force. [`surface::ReducedSurface::commit`] computes them.
 //!
 //! - [`modes`]: the lowest modes;
 //! - [`oscillator`]: a mode over a window;

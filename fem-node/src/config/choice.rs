@@ -15,7 +15,7 @@ pub enum Analysis {
     Static,
 }
 
-/// How a body under a wheel is loaded at the start.
+/// Loading of a body under a wheel at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Start {

@@ -27,7 +27,7 @@ pub struct FemConfig {
     /// Kind of analysis: motion over time or equilibrium; motion when absent.
     #[serde(default)]
     pub analysis: Analysis,
-    /// How a body under a wheel is loaded at the start; by a ramp when absent. A static analysis does not use it.
+    /// Loading of a body under a wheel at the start; a ramp when absent. A static analysis does not use it.
     #[serde(default)]
     pub start: Start,
     /// Finite element; when absent `q4_1point`, or `q4_bbar` for a plastic material.

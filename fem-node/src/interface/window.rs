@@ -47,7 +47,7 @@ const CHECK_EVERY: u64 = 20;
 /// Ratio of kinetic to supplied energy above which a run has diverged. The kinetic energy of a stable run never exceeds the supplied energy: W - dU -
 /// dK - D is the numerical loss, which only the (b h^2/4) d(a M a) of a force that sets in can make negative. One check may see that, two in a row do
 /// not. 1 % above the stability limit the energy of the fastest mode grows 1.3 to 1.7-fold in a step.
-const EXCESS: f64 = 10.0;
+pub(crate) const EXCESS: f64 = 10.0;
 
 /// Kinetic energy far above the supplied energy.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,6 +10,7 @@ use fem_kernel::reduced::modes::ModeChoice;
 use fem_kernel::reduced::near::NearChoice;
 use fem_kernel::reduced::surface::{FreeMotion, ReducedState, ReducedSurface, ReducedWindow};
 use kit::keys::refuse_if;
+use kit::rolling::nearest_image;
 use protocol::{Setting, Window};
 use serde::{Deserialize, Serialize};
 
@@ -18,6 +19,7 @@ use crate::config::keys::FemConfig;
 use crate::config::reduced::{NearReach, ReducedConfig};
 use crate::error::FemError;
 use crate::interface::Interface;
+use crate::interface::window::EXCESS;
 use crate::model::Model;
 use crate::output::probe::PressureMaxima;
 use crate::output::reduced_ledger::ReducedLedger;
@@ -25,9 +27,6 @@ use crate::output::snapshot::Snapshots;
 
 /// Distances of neighbouring exchanged points in the shortest near field that is chosen.
 const SPACINGS_MIN: f64 = 2.0;
-
-/// Ratio of kinetic energy to the work of all forces above which a run has diverged, as for a body of elements.
-const EXCESS: f64 = 10.0;
 
 /// A linear body as its lowest modes and its static flexibility ([`fem_kernel::reduced`]).
 pub struct ReducedNode {
@@ -174,9 +173,7 @@ impl ReducedNode {
         let period = self.model.mesh.period();
         let distance = |i: usize, j: usize| {
             let [p, q] = [points[i / 2], points[j / 2]];
-            let x = (p[0] - q[0]).abs();
-            let x = period.map_or(x, |period| x.min(period - x));
-            x.hypot(p[1] - q[1])
+            nearest_image(p[0] - q[0], period).hypot(p[1] - q[1])
         };
         let spacing = (1..points.len()).map(|i| distance(2 * i, 2 * i - 2));
         let least = spacing.fold(f64::INFINITY, f64::min).min(self.model.size);
