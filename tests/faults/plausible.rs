@@ -90,6 +90,31 @@ fn points_much_wider_apart_than_the_nodes_raise_a_warning() {
     assert!(!found("1e-3"));
 }
 
+/// Grains on every second node press with 600 MPa where the load makes 500, if the mapping gives each of them one or two nodes.
+#[test]
+fn a_mapping_without_width_needs_a_point_for_each_node() {
+    let found = |mapping: &str, fine: bool| {
+        let mapping = format!("interface.feet.mapping={mapping}");
+        let mut set = vec!["run.end_s=6e-6", &mapping];
+        if fine {
+            set.extend([
+                "participant.strip.config.mesh.size_m=0.2e-3",
+                "participant.strip.config.time.step_s=1.2e-8",
+            ]);
+        }
+        let (_, summary, _) = run("verification/columns-on-a-strip", &set, &[]);
+        codes(&summary).contains(&"point_spacing")
+    };
+    assert_eq!(
+        ["mortar", "linear", "nearest"].map(|m| found(m, false)),
+        [false, false, true]
+    );
+    assert_eq!(
+        ["mortar", "linear", "nearest"].map(|m| found(m, true)),
+        [false, true, true]
+    );
+}
+
 /// Two pairs of glued disks far apart: `mortar` spreads half of the load over the hole between them.
 #[test]
 fn a_hole_in_a_glued_row_raises_a_warning() {

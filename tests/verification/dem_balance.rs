@@ -235,3 +235,37 @@ fn disks_that_only_carry_their_weight_have_no_energies() {
     close("weight", report.energy("weight"), work, 1e-9 * work);
     close("impact", report.energy("impact"), work, 1e-9 * work);
 }
+
+/// Touching disks at rest, and a pressed row that repeats and moves as a whole or in a wave: the energies of rounding, and
+/// the first drift of theta = 1/2, are no loss.
+#[test]
+fn springs_at_rest_or_under_pressure_raise_no_alarm() {
+    let touching: Vec<Value> = (0..5)
+        .map(|i| json!({"x_m": 3e-4 * f64::from(i), "y_m": 1.5e-4, "radius_m": 1.5e-4}))
+        .collect();
+    let floor = json!([{"x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}]);
+    let at_rest = json!({"kind": "disks", "disks": touching, "walls": floor});
+    let row = |speed: fn(f64) -> f64| {
+        let disk = |i: u32| {
+            let velocity = speed(std::f64::consts::TAU * f64::from(i) / 8.0);
+            json!({"x_m": 0.999e-3 * (f64::from(i) - 3.5), "y_m": 0.0, "radius_m": 0.5e-3, "vx_m_per_s": velocity})
+        };
+        let disks: Vec<Value> = (0..8).map(disk).collect();
+        json!({"kind": "disks", "disks": disks, "periodic_x_m": [-3.996e-3, 3.996e-3]})
+    };
+    let cases = [
+        ("at rest", at_rest, 1.0, 1e-7),
+        ("in a wave", row(|phase| 1e-3 * phase.cos()), 0.5, 2e-9),
+        ("moving", row(|_| 1e-3), 0.5, 2.5e-8),
+        ("moving", row(|_| 1e-3), 1.0, 2.5e-8),
+    ];
+    for (what, sample, theta, h) in cases {
+        let law = json!({"kind": "signorini", "contact_stiffness_pa": 1e10});
+        let mut config = scene(law, h, sample, json!({}));
+        config["time"]["theta"] = json!(theta);
+        let mut dem = build(&config);
+        march(&mut dem, 0, 4000);
+        let findings = dem.finish().expect("it ends").findings;
+        assert!(findings.is_empty(), "{what}, theta {theta}: {findings:?}");
+    }
+}

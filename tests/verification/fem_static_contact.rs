@@ -239,6 +239,22 @@ fn a_steady_cycle_encloses_the_reference_work() {
     assert!((slipping - 37.8641).abs() < 1e-3, "{slipping}");
 }
 
+/// The first cycle begins without slip, so that its loop is smaller than the period that ends at 1.25 cycles.
+#[test]
+fn a_cycle_that_the_end_cuts_has_no_loop() {
+    let loop_of = |cycles: f64| {
+        let moving =
+            json!({"wheel": {"amplitude_m": 0.05e-3, "frequency_hz": 300.0, "cycles": cycles}});
+        let mut node = solved(&with(loaded(small(), 8000.0, 0.3), moving));
+        let results = node.finish().expect("it ends").results;
+        results.get("loop_area_j").copied()
+    };
+    let first = loop_of(1.0);
+    assert!(first.is_some_and(|area| area > 0.0), "{first:?}");
+    assert_eq!(loop_of(1.25), first);
+    assert_eq!(loop_of(0.75), None);
+}
+
 /// Cattaneo (1938) and Mindlin (1949): after a frictionless preload, a tangential force T leaves a stick zone of half-width c in a
 /// contact of half-width a, c/a = sqrt(1 - T / (mu F)). The test counts the nodes, 0.1 mm apart, in both.
 #[test]

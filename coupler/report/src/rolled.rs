@@ -89,10 +89,16 @@ fn points(run: &RunFiles) -> Option<Vec<Point>> {
     let of = |name: &str, key: &str| value_at(&keys, &format!("participant.{name}.config.{key}"));
     let speed = number(of(wheel, "wheel.rolling.speed_m_per_s")?)?;
     let centre = *column(&run.signals, "wheel_x_m")?.last()?;
-    let period = setup.participants.iter().find_map(|name| {
+    let of_body = |name: &str| {
         let repeats = of(name, "mesh.periodic_x")?.as_bool()?;
         number(of(name, "mesh.width_m")?).filter(|_| repeats)
-    });
+    };
+    let of_layer = |name: &str| {
+        let ends = of(name, "sample.periodic_x_m")?.as_array()?;
+        Some(number(ends.get(1)?)? - number(ends.first()?)?)
+    };
+    let mut sides = setup.participants.iter();
+    let period = sides.find_map(|name| of_body(name).or_else(|| of_layer(name)));
     let text = std::fs::read_to_string(run.field_files("-end-profile.csv").first()?).ok()?;
     let rows = text.lines().skip(1).filter_map(|line| {
         let [x, pressure, shear, status] = Vec::from_iter(line.split(',')).try_into().ok()?;
@@ -123,10 +129,13 @@ mod tests {
             std::fs::create_dir_all(path.parent().expect("a folder")).expect("writable");
             std::fs::write(path, text).expect("writable");
         };
-        put(
-            "scenario.toml",
-            "[[participant]]\nname = \"rail\"\nkind = \"fem\"\n[participant.config]\nmesh = { width_m = 10.0, periodic_x = true }\ncontact.friction = 0.5\nwheel = { radius_m = 1.0, rolling.speed_m_per_s = -2.0 }\n",
-        );
+        let scenario = |kind: &str, repeats: &str| {
+            format!(
+                "[[participant]]\nname = \"rail\"\nkind = \"{kind}\"\n[participant.config]\n{repeats}\ncontact.friction = 0.5\nwheel = {{ radius_m = 1.0, rolling.speed_m_per_s = -2.0 }}\n"
+            )
+        };
+        let body = scenario("fem", "mesh = { width_m = 10.0, periodic_x = true }");
+        put("scenario.toml", &body);
         put(
             "fields/rail-end-profile.csv",
             "x_m,pressure_pa,shear_pa,status\n-4e0,2e6,1e6,slip\n0e0,0e0,0e0,open\n5e0,3e6,-1e6,stick\n",
@@ -147,6 +156,10 @@ mod tests {
         for ((x, tractions, status), expected) in found.iter().zip(expected) {
             assert_eq!((*x, *tractions, status.as_str()), expected);
         }
+        let layer = scenario("dem", "sample = { periodic_x_m = [-5.0, 5.0] }");
+        put("scenario.toml", &layer);
+        assert_eq!(points(&run), Some(found), "grains that repeat");
+        put("scenario.toml", &body);
         let picture = traction(&run).expect("a picture");
         assert!(
             picture

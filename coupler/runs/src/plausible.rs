@@ -128,10 +128,12 @@ kit::findings! {
     SURFACE_DISTANCE = "surface_distance": surface_distance_rel in run = [10.0, 1e3];
     /// The points of one side are much farther apart than the nodes of the body that carries them.
     ///
-    /// - Why: grains, or segments of `sample.surface`, are larger than the elements: each force acts on one or two
-    ///   nodes, and the approach depends on the mesh.
+    /// - Why: grains, or segments of `sample.surface`, are larger than the elements. `mapping = "mortar"` spreads each
+    ///   force evenly up to halfway to the next point. With `"linear"` and `"nearest"` it acts on one or two nodes, and
+    ///   the approach depends on the mesh.
     /// - Do: lower `sample.surface.spacing_m`, or take elements as large as the spacing.
-    /// - Judged: Distance of neighbouring points over the distance of the nodes that carry them.
+    /// - Judged: Distance of neighbouring points over the distance of the nodes that carry them, times two with
+    ///   `mapping = "linear"`, times four with `"nearest"`.
     /// - Valid: 0.35.
     /// - Wrong: 9.5 (a disk of 1.9 mm radius on elements of 0.4 mm: 4.77 um for 6.65 um).
     POINT_SPACING = "point_spacing": point_spacing_rel in run = [3.0, 1e300];
@@ -336,7 +338,7 @@ pub fn surface_distance(bounds: &Plausible, value: f64) -> Option<Finding> {
 /// The spacing of an interface's points, compared with the nodes that carry them.
 pub fn point_spacing(bounds: &Plausible, value: f64) -> Option<Finding> {
     judge!(bounds => POINT_SPACING, value;
-        "its points are {value:.1} times as far apart as the nodes that carry them, so that single nodes take the forces and the approach depends on the mesh: lower sample.surface.spacing_m, or take larger elements")
+        "its points are far apart for the nodes that carry them ({value:.1} distances of nodes, counted twice with mapping = \"linear\", four times with \"nearest\"): pressure is even between two points, or single nodes take the forces; lower sample.surface.spacing_m, or take larger elements")
 }
 
 /// The largest hole in an interface's row of points.

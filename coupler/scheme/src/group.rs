@@ -42,7 +42,8 @@ pub struct Offset {
     pub shape_rel: f64,
     /// Their mean distance over the length of the joined part. Each side may have its own origin.
     pub distance_rel: f64,
-    /// Distance of neighbouring points over the distance of the nodes that carry them: the median along the row.
+    /// Distance of neighbouring points over the distance of the nodes that carry them: the median along the row. It
+    /// counts twice where the mapping gives a point two nodes, and four times where it gives a point one node.
     pub spacing_rel: f64,
     /// Largest distance of neighbouring points over their median; 0 where the mapping gives a point no width.
     pub hole_rel: f64,

@@ -294,8 +294,13 @@ fn seam(participants: &mut dyn Participants, interface: &Interface, pair: Pair) 
     let shape = smooth.filter(|positions| positions.len() == glued.len());
     let linear = relate(MappingKind::Linear)?;
     let mut offset = offset(&linear, &nodes, shape.unwrap_or(&glued), period_m);
-    if interface.mapping == MappingKind::Linear {
-        offset.hole_rel = 0.0;
+    let without_width = match interface.mapping {
+        MappingKind::Mortar => None,
+        MappingKind::Linear => Some(2.0),
+        MappingKind::Nearest => Some(4.0),
+    };
+    if let Some(times) = without_width {
+        (offset.hole_rel, offset.spacing_rel) = (0.0, times * offset.spacing_rel);
     }
     let mapping = relate(interface.mapping)?;
     let active = mapping.active();

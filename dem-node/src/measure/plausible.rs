@@ -422,11 +422,12 @@ impl FinishedRun<'_> {
             "{accepted} of {steps} steps were accepted without having converged, as solver.on_not_converged = \"accept\" asks")
     }
 
-    /// See [`Bodies::noise`].
+    /// See [`Bodies::noise`] and [`GrainState::rounding`].
     fn noise(&self) -> f64 {
         let load = self.program.map_or(0.0, |program| program.load_n);
-        self.bodies
-            .noise(load, larger(0.0, self.kinetic_at_start()))
+        let kinetic = larger(0.0, self.kinetic_at_start());
+        let rounding = self.statistics.steps as f64 * self.state.rounding(self.bodies);
+        self.bodies.noise(load, kinetic) + rounding
     }
 
     /// An energy (J) over what the grains have stored and lost; 0 where it is noise.

@@ -110,7 +110,7 @@ fn agglomerate_results(bodies: &Bodies, state: &GrainState) -> Vec<(&'static str
     let largest = present.iter().max().copied().unwrap_or_default();
     let sum: f64 = present.iter().map(|size| f64::from(*size)).sum();
     vec![
-        ("agglomerates", parts.sum::<f64>().round()),
+        ("agglomerates", parts.sum::<f64>().round() + 0.0),
         ("agglomerate_grains_max", f64::from(largest)),
         ("agglomerate_grains_mean", sum / present.len().max(1) as f64),
     ]

@@ -401,5 +401,8 @@ fn start(
         bodies.prescribed_velocity = Some([x, y]);
         state.velocities[0] = [x, y, 0.0];
     }
+    if let Some(step) = config.time.step_s.filter(|_| config.time.theta < 1.0) {
+        state.load_springs(bodies, (1.0 - config.time.theta) * step);
+    }
     Ok((state, opening))
 }

@@ -109,7 +109,8 @@ impl Dem {
         terms.extend(some.map(|(_, term)| term));
         let start = self.initial_energy[0];
         let happens = || {
-            let noise = bodies.noise(0.0, start);
+            let rounding = self.progress.steps as f64 * self.progress.state.rounding(bodies);
+            let noise = bodies.noise(0.0, start) + rounding;
             let is_noise = |value: f64| value.abs() < noise;
             !terms.iter().all(|(.., value)| is_noise(*value))
         };

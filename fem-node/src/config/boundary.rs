@@ -109,6 +109,13 @@ impl SetConfig {
         )?;
         let moved =
             |shift: [PrescribedComponent; 2]| shift.iter().any(|d| d.0.is_some_and(|d| d != 0.0));
+        let loaded = self.traction_pa.is_some() || self.pressure_pa.is_some();
+        refuse_if(
+            self.ramp_s.is_some() && !loaded && !rate.is_some_and(moved),
+            key,
+            "has no effect on a set that is held at rest",
+            "remove it",
+        )?;
         if self.displacement_m.is_some_and(moved) {
             let ramp = required(key, self.ramp_s, "displacements other than 0")
                 .map_err(|error| error.help("add ramp_s = 1e-4, the time (s) of the motion"))?;

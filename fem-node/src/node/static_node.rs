@@ -327,8 +327,10 @@ impl Cycling {
 impl CycleRecord {
     fn results(&self, per_cycle: usize) -> Vec<(&'static str, f64)> {
         let mut results = Vec::new();
-        if let Some(start) = self.path.len().checked_sub(per_cycle + 1) {
-            results.push(("loop_area_j", loop_area(&self.path[start..])));
+        let ends = (0..self.path.len()).step_by(per_cycle);
+        if let Some(end) = ends.last().filter(|end| *end > 0) {
+            let last = &self.path[end - per_cycle..=end];
+            results.push(("loop_area_j", loop_area(last)));
         }
         let zeros = &self.slipping_at_zero;
         if !zeros.is_empty() {

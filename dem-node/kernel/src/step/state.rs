@@ -6,9 +6,10 @@ use crate::bodies::Bodies;
 use crate::bodies::cluster::Pose;
 use crate::bodies::disk::Disk;
 use crate::bodies::feed::Feed;
+use crate::bodies::geometry::extent;
 use crate::bodies::positions::Positions;
 use crate::contact::bond::{Bond, BondCursor};
-use crate::contact::detect::VerletList;
+use crate::contact::detect::{Slot, VerletList};
 use crate::contact::initial_bonds::initial_bonds;
 use crate::contact::shared::share_springs;
 use crate::step::ledger::GrainLedger;
@@ -141,13 +142,24 @@ impl GrainState {
         list.invalidate();
         list.refresh(&positions, 0.0, state.bonds.iter().map(Bond::pair));
         share_springs(&mut list.slots, &state.bonds, &positions, |_| 0.0);
-        let mut bonds = BondCursor::new(&state.bonds);
-        for slot in &mut list.slots {
+        state.list = list;
+        state.load_springs(bodies, 0.0);
+        state
+    }
+
+    /// Gives compliant contacts and attractions the force of the gap that the first step finds, which drifts for a time (s) before it detects contacts.
+    pub fn load_springs(&mut self, bodies: &Bodies, drift: f64) {
+        let mut ahead = self.clone();
+        ahead.drift(bodies, drift);
+        let positions = ahead.positions(bodies);
+        let mut bonds = BondCursor::new(&self.bonds);
+        for slot in &mut self.list.slots {
             if bonds.find((slot.a, slot.b)).is_some() {
                 continue;
             }
             let gap = positions.proximity(slot.a as usize, slot.b as usize).gap;
             let law = bodies.law_of(slot.a as usize, slot.b as usize);
+            (slot.force[0], slot.last_gap) = (0.0, 0.0);
             if let (Some(springs), true) = (law.springs, gap < 0.0) {
                 slot.force[0] = -gap * springs.normal / (1.0 + slot.joined);
                 slot.last_gap = gap;
@@ -159,8 +171,6 @@ impl GrainState {
                 slot.last_gap = gap;
             }
         }
-        state.list = list;
-        state
     }
 
     /// Positions of everything.
@@ -341,6 +351,17 @@ impl GrainState {
             }
         }
         stored
+    }
+
+    /// Energy (J) that the rounding of positions, the largest coordinate times the machine epsilon, gives to springs in one step.
+    pub fn rounding(&self, bodies: &Bodies) -> f64 {
+        let way = f64::EPSILON * extent(&self.centres);
+        let of_slot = |slot: &Slot| {
+            let springs = bodies.law_of(slot.a as usize, slot.b as usize).springs;
+            let stiffness = springs.map_or(0.0, |springs| springs.normal);
+            (slot.force[0].abs() + stiffness * way) * way
+        };
+        self.list.slots.iter().map(of_slot).sum()
     }
 
     /// Kinetic energy, and the energies of normal springs, tangential springs, bonds and adhesion (J).
