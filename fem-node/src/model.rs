@@ -431,6 +431,17 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
     if dynamic && config.time.safety.is_some() && config.time.step_s != StepChoice::Auto {
         warnings.push("time.safety: has no effect on a step in seconds".into());
     }
+    let elastic = config.material.law() == MaterialKind::Elastic;
+    let of_wheels = ["wheel_force_rel", "contact_reach_rel", "contact_resolution"];
+    warnings.extend(config.plausible.idle(&[
+        (
+            config.reduced.is_none(),
+            "without reduced",
+            &["far_field_rel"],
+        ),
+        (elastic, "on an elastic material", &["plastic_element"]),
+        (config.wheel.is_none(), "without a wheel", &of_wheels),
+    ]));
     let unused = config.unused_keys();
     if !unused.is_empty() {
         let kind = ["dynamic", "static"][usize::from(!dynamic)];

@@ -187,6 +187,24 @@ fn disks_of_a_cluster_keep_their_distances() {
     }
 }
 
+/// A rod of five disks that only spins: the outer ones move by 4 r omega.
+#[test]
+fn the_fastest_disk_of_a_rod_that_spins_is_at_its_end() {
+    let disks: Vec<Value> = (0..5)
+        .map(|i| member(2.0 * R * f64::from(i), 0.0, "rod"))
+        .collect();
+    let clusters = json!([{"name": "rod", "spin_rad_per_s": 500.0}]);
+    let sample = json!({"kind": "disks", "disks": disks, "clusters": clusters});
+    let law = json!({"kind": "coulomb", "friction": 0.3});
+    let report = march(&mut build(&scene(law, 1e-6, sample, json!({}))), 0, 1);
+    close(
+        "speed",
+        report.signal("speed_max_m_per_s"),
+        4.0 * R * 500.0,
+        1e-9,
+    );
+}
+
 /// A disk that falls on a slope and rolls, alone or as a cluster of one.
 fn on_slope(disk: Value) -> Dem {
     let (sin, cos) = 20f64.to_radians().sin_cos();

@@ -268,6 +268,10 @@ fn what_has_no_modes_is_refused_by_name() {
         ("reduced", json!({"reduced": {"omega_max_per_s": 1e6}})),
         ("reduced.modes", json!({"reduced": {"modes": 0}})),
         ("reduced.near_m", json!({"reduced": {"near_m": "far"}})),
+        (
+            "reduced.near_m",
+            json!({"reduced": {"modes": 3, "near_m": -1e-3}}),
+        ),
         ("reduced.mode", json!({"reduced": {"mode": 3}})),
     ];
     for (key, change) in cases {

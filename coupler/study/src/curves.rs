@@ -18,7 +18,7 @@ pub fn curves(means: &[EnsembleMean], curves: &[CurveConfig]) -> Option<String> 
     let mut page = Page::new(drawn.len(), longest + 1);
     for (curve, lines) in &drawn {
         let all = || lines.iter().flat_map(|(_, points)| points);
-        let known = || curve.reference.iter();
+        let known = || curve.reference.iter().flatten();
         let across = all().map(|(x, _)| *x).chain(known().map(|[x, _]| *x));
         let reach = all()
             .flat_map(|(_, of)| of.reach())
@@ -38,8 +38,8 @@ pub fn curves(means: &[EnsembleMean], curves: &[CurveConfig]) -> Option<String> 
         for (number, (name, _)) in lines.iter().enumerate() {
             page.words_of_line(number, name);
         }
-        if !curve.reference.is_empty() {
-            page.words(BLACK, &format!("dashed, black: {}", curve.reference_name));
+        if let Some(name) = &curve.reference_name {
+            page.words(BLACK, &format!("dashed, black: {name}"));
         }
     }
     Some(page.svg())
@@ -103,10 +103,18 @@ mod tests {
         assert!(curve.check(&["creepage", "traction"]).is_ok());
         let refused = curve.check(&["creepage"]).expect_err("no such measure");
         assert!(refused.contains("`traction` is no measure"), "{refused}");
-        let scaled = CurveConfig {
-            x_over: 0.0,
-            ..curve
+        let changed = |change: &dyn Fn(&mut CurveConfig)| {
+            let mut other = curve.clone();
+            change(&mut other);
+            other.check(&["creepage", "traction"])
         };
-        assert!(scaled.check(&["creepage", "traction"]).is_err());
+        let wrong: [&dyn Fn(&mut CurveConfig); 5] = [
+            &|curve| curve.x_over = 0.0,
+            &|curve| curve.reference = None,
+            &|curve| curve.reference = Some(vec![]),
+            &|curve| curve.reference = Some(vec![[0.1, f64::NAN], [0.2, 0.3]]),
+            &|curve| curve.reference_name = None,
+        ];
+        assert!(wrong.iter().all(|change| changed(change).is_err()));
     }
 }

@@ -192,11 +192,9 @@ pub struct CurveConfig {
     /// Words along both axes.
     pub words: [String; 2],
     /// Words for the points of `reference`.
-    #[serde(default)]
-    pub reference_name: String,
+    pub reference_name: Option<String>,
     /// Points (x, y) of a known curve, in units of the axes.
-    #[serde(default)]
-    pub reference: Vec<[f64; 2]>,
+    pub reference: Option<Vec<[f64; 2]>>,
 }
 
 fn unit() -> f64 {
@@ -204,7 +202,7 @@ fn unit() -> f64 {
 }
 
 impl CurveConfig {
-    /// Refuses a measure that the study does not have, and a scale that is no number.
+    /// Refuses a measure that the study does not have, a scale that is no number, and a reference without name or points.
     ///
     /// # Errors
     /// The measure or the key, and its fault.
@@ -220,11 +218,24 @@ impl CurveConfig {
         }
         let scales = [("x_over", self.x_over), ("y_over", self.y_over)];
         let wrong = scales.into_iter().find(|(_, scale)| !scale.is_normal());
-        wrong.map_or(Ok(()), |(key, scale)| {
-            Err(format!(
+        if let Some((key, scale)) = wrong {
+            return Err(format!(
                 "curve.{key}: is {scale:?}, and must be a number other than 0"
-            ))
-        })
+            ));
+        }
+        let known = self.reference.as_deref();
+        let drawn = |points: &[[f64; 2]]| {
+            let mut numbers = points.as_flattened().iter();
+            points.len() > 1 && numbers.all(|number| number.is_finite())
+        };
+        if known.is_some_and(|points| !drawn(points))
+            || known.is_some() != self.reference_name.is_some()
+        {
+            return Err(
+                "curve.reference: must be two or more points [x, y] of finite numbers, with curve.reference_name beside them".into(),
+            );
+        }
+        Ok(())
     }
 }
 

@@ -87,8 +87,8 @@ kit::findings! {
     INSIDE = "inside": inside_rel in dem = [0.0, 0.0];
     /// Detection found springs and bonds with another stretch than the step had left them.
     ///
-    /// - Why: grains pass each other too far in a step.
-    /// - Do: lower `time.step_s` or `substeps`.
+    /// - Why: grains pass each other too far in a step, or a scheme that iterates ends windows before both sides agree.
+    /// - Do: lower `time.step_s`, `substeps` or the interface's `tolerance_rel`.
     /// - Judged: Energy of springs and bonds that detection changes between two steps against the prediction from the velocities, absolute values
     ///   summed, over the energy that the grains have stored and dissipated. Causes are a wrong gap or normal, or a way past each other that is long
     ///   compared with the radii.
@@ -447,7 +447,7 @@ impl FinishedRun<'_> {
     fn detection(&self) -> Option<Finding> {
         let value = self.of_kept(self.state.ledger.unforeseen);
         judge!(self.bounds => DETECTION, value;
-            "detection found the springs between the grains with another energy than their velocities predict, by {value:.3e} of the energy that the grains stored and lost: they pass each other too far in a step; lower time.step_s or, where there are windows, substeps")
+            "detection found the springs between the grains with another energy than their velocities predict, by {value:.3e} of the energy that the grains stored and lost: they pass each other too far in a step, or windows ended before both sides agreed; lower time.step_s or, where there are windows, substeps or the interface's tolerance_rel")
     }
 
     /// Rigid contacts must not create energy.

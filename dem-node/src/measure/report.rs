@@ -51,7 +51,7 @@ kit::results! {
     /// - `momentum_defect_n`: Difference between the change of momentum and the forces on the grains in the step.
     /// - `iterations`: Iterations of the contact solver in the last solve of the window.
     /// - `true_residual`: Residual of the contact laws after the last solve of the window.
-    /// - `speed_max_m_per_s`: Speed of the fastest grain.
+    /// - `speed_max_m_per_s`: Speed of the centre of the fastest disk, those of clusters included.
 }
 
 /// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
@@ -81,13 +81,14 @@ pub fn signals(
         ("true_residual", step.convergence.residual),
         ("overlap_mean_rel", step.overlap[0] / radius),
         ("overlap_max_rel", step.overlap[1] / radius),
-        ("speed_max_m_per_s", top_speed(state)),
+        ("speed_max_m_per_s", top_speed(bodies, state)),
         ("lost_grains", lost_grains(bodies, state) as f64),
     ]
 }
 
-fn top_speed(state: &GrainState) -> f64 {
-    let squares = state.velocities.iter().map(|v| v[0] * v[0] + v[1] * v[1]);
+fn top_speed(bodies: &Bodies, state: &GrainState) -> f64 {
+    let velocities = (0..bodies.free).map(|disk| state.velocity_of(bodies, disk));
+    let squares = velocities.map(|v| v[0] * v[0] + v[1] * v[1]);
     squares.fold(0.0, larger).sqrt()
 }
 

@@ -178,6 +178,7 @@ impl Dem {
             warnings.extend(advice_on_travel(&bodies, &state, numbers));
         }
         warnings.extend(advice_on_positions(&bodies, &state));
+        warnings.extend(idle_bounds(config, &bodies));
         let mut stepper = Stepper::default();
         stepper.problem.boundary = CompliantBoundary::fixed(bodies.boundary_points());
         Ok(Dem {
@@ -374,6 +375,47 @@ fn strength(
 ) -> Option<[f64; 2]> {
     let solid_fraction = Some(sample.solid_fraction).filter(|known| *known > 0.0)?;
     bonded_strength(bodies, &state.bonds, solid_fraction, thickness_m)
+}
+
+/// Warnings about bounds of checks that the scene does not have.
+fn idle_bounds(config: &DemConfig, bodies: &Bodies) -> Vec<String> {
+    let of_wheels = [
+        "wheel_force_rel",
+        "wheel_drift_rel",
+        "wheel_inside_rel",
+        "wheel_contact_share",
+        "contact_width_rel",
+    ];
+    let bonded = bodies.any_law(|law| law.cohesion.is_some());
+    config.plausible.idle(&[
+        (config.wheel.is_none(), "without a wheel", &of_wheels),
+        (
+            !bonded,
+            "without bonds",
+            &["bond_step_rel", "bond_energy_rel"],
+        ),
+        (config.flow.is_none(), "without flow", &["flow_kinetic_rel"]),
+        (
+            bodies.injection.is_none(),
+            "without injection or detachment",
+            &["injection_rel", "not_steady_rel"],
+        ),
+        (
+            config.detachment.is_none(),
+            "without detachment",
+            &["detachment_rel"],
+        ),
+        (
+            bodies.clusters.list.is_empty(),
+            "without clusters",
+            &["shared_damping_diff"],
+        ),
+        (
+            bodies.surface.points.is_empty(),
+            "without a bare surface",
+            &["surface_segment_share"],
+        ),
+    ])
 }
 
 /// The state at the start, and the prescribed motion of a pair that is pulled apart.

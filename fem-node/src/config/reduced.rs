@@ -19,7 +19,7 @@ pub struct ReducedConfig {
     /// Distance on the surface (m) within which forces move points in the same window; points further away follow one window later. The least distance
     /// with stable windows when `"auto"` or absent.
     #[serde(default)]
-    #[schemars(range(min = 0.0))]
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub near_m: NearReach,
 }
 

@@ -127,6 +127,17 @@ impl<T: Table> Plausible<T> {
         given.try_for_each(|(key, bounds)| bounds.check(&format!("{table}.{key}")))
     }
 
+    /// Warnings about the given bounds of checks that a scene does not have: conditions, reasons and keys.
+    pub fn idle(&self, idle: &[(bool, &str, &[&str])]) -> Vec<String> {
+        let idle = idle.iter().filter(|(is_idle, ..)| *is_idle);
+        let keys = idle.flat_map(|(_, reason, keys)| keys.iter().map(move |key| (key, reason)));
+        let given = keys.filter(|(key, _)| self.given.contains_key(**key));
+        let texts = given.map(|(key, reason)| {
+            format!("plausible.{key}: has no effect {reason} and is not used")
+        });
+        texts.collect()
+    }
+
     fn kinds() -> impl Iterator<Item = &'static FindingKind> {
         let all = finding_kinds().into_iter();
         all.filter(|kind| kind.tables.contains(&T::NAME))
@@ -234,6 +245,9 @@ mod tests {
         assert_eq!(Plausible::<Dem>::default().of(&LARGE).warn, 0.1);
         let problem = read("{ \"larg_rel\": [0.2, 0.3] }").expect_err("no key");
         assert!(problem.to_string().starts_with("unknown field `larg_rel`"));
+        let idle = |is_idle| given.idle(&[(is_idle, "without a wheel", &["large_rel"])]);
+        let said = "plausible.large_rel: has no effect without a wheel and is not used";
+        assert_eq!((idle(true), idle(false)), (vec![said.into()], vec![]));
         let wrong = read("{ \"large_rel\": [0.2, 0.1] }").expect("a key");
         let error = wrong.check("plausible").expect_err("not in order");
         assert_eq!(error.key, "plausible.large_rel");

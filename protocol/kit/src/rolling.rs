@@ -22,7 +22,7 @@ use crate::table::{LoadTable, check_table, integral_to, load_at};
 pub struct RollingConfig {
     /// Speed V of the wheel's centre (m/s), negative towards -x. A static analysis needs only its sign.
     pub speed_m_per_s: f64,
-    /// Creepage zeta = (V - omega R)/V: 0 rolls freely, positive brakes, 1 slides without turning.
+    /// Creepage zeta = (V - omega R)/V: 0 turns at V/R, positive brakes, 1 slides without turning.
     #[schemars(range(min = -1.0, max = 1.0))]
     pub creepage: Option<f64>,
     /// Creepage over the rolled distance (m, 1), linear between the entries and constant beyond them.

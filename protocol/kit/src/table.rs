@@ -61,12 +61,15 @@ pub fn check_table(key: &str, table: &[[f64; 2]]) -> Result<(), ConfigError> {
         return Ok(());
     };
     let problem = format!(
-        "entry {} is at {:e} s, not after the previous one at {:e} s",
+        "entry {} is at {:e}, not after the previous one at {:e}",
         i + 1,
         table[i + 1][0],
         table[i][0]
     );
-    refused(problem, "list the entries by ascending time")
+    refused(
+        problem,
+        "list the entries in ascending order of their first number",
+    )
 }
 
 /// Refuses a wheel's load table, `wheel.load_table`, with an upward load, or whose load at `held_at` (s), the end of the hold,
