@@ -44,7 +44,7 @@ pub mod validate;
 #[derive(Debug, Parser)]
 #[command(name = "thirdbody", version, about)]
 struct Cli {
-    /// Folder that keeps prepared samples for later runs; `none` keeps nothing (default: thirdbody/ in the user's cache).
+    /// Folder that keeps prepared samples and modes for later runs; `none` keeps nothing (default: thirdbody/ in the user's cache).
     #[arg(long, global = true, value_name = "DIR")]
     cache: Option<PathBuf>,
     /// Print no progress on stderr; warnings and errors still appear.

@@ -2,7 +2,7 @@
 //!
 //! - [`static_node`]: a body in equilibrium, increment by increment;
 //! - [`reduced_node`]: a linear body in motion as its lowest modes;
-//! - `reduced_report`, `reduced_answers`: its reports, and its answers to a coupler;
+//! - `reduced_kept`, `reduced_report`, `reduced_answers`: its kept parts, its reports, and its answers to a coupler;
 //! - [`fem_node`]: a body in motion, its committed state and the current window;
 //! - `windows`: windows and condensed matrices;
 //! - `report`: signals, energies, results and snapshots;
@@ -13,6 +13,7 @@ mod answers;
 mod checkpoint;
 pub mod fem_node;
 mod reduced_answers;
+mod reduced_kept;
 pub mod reduced_node;
 mod reduced_report;
 mod report;

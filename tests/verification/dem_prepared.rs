@@ -7,8 +7,9 @@ use std::time::Duration;
 use dem_kernel::bodies::disk::Disk;
 use dem_node::Dem;
 use dem_node::config::DemConfig;
-use dem_node::sample::prepared::{Prepared, SampleStore, WORTH};
+use dem_node::sample::prepared::{self, Prepared};
 use dem_node::sample::types::Sample;
+use kit::kept::{Store, WORTH};
 use protocol::{Node, Setting};
 use serde_json::{Value, json};
 
@@ -61,11 +62,11 @@ fn read(config: &Value) -> DemConfig {
 
 /// Prepares with a folder that keeps everything.
 fn prepare(folder: &Path, changes: Value, seed: u64) -> Prepared {
-    let store = SampleStore {
+    let store = Store {
         folder: Some(folder),
         worth: Duration::ZERO,
     };
-    let prepared = store.prepare(&read(&config(changes)), seed);
+    let prepared = prepared::prepare(&store, &read(&config(changes)), seed);
     prepared.expect("the recipe works")
 }
 
@@ -110,11 +111,12 @@ fn a_kept_sample_equals_the_prepared_one() {
                 .shift_remove("wheel");
         }
         let folder = Folder::new(name);
-        let store = SampleStore {
+        let store = Store {
             folder: Some(&folder.0),
             worth: Duration::ZERO,
         };
-        let twice = [0, 1].map(|_| store.prepare(&read(&scene), 1).expect("the recipe works"));
+        let twice =
+            [0, 1].map(|_| prepared::prepare(&store, &read(&scene), 1).expect("the recipe works"));
         assert_eq!(
             [from_cache(&twice[0]), from_cache(&twice[1])],
             [false, true],
@@ -167,11 +169,11 @@ fn another_seed_or_recipe_is_another_sample() {
     }
     let mut springs = config(json!({}));
     springs["law"]["contact_stiffness_pa"] = json!(1e11);
-    let store = SampleStore {
+    let store = Store {
         folder: Some(&folder.0),
         worth: WORTH,
     };
-    let other = store.prepare(&read(&springs), 1).expect("the recipe works");
+    let other = prepared::prepare(&store, &read(&springs), 1).expect("the recipe works");
     assert!(!from_cache(&other));
 }
 
@@ -220,13 +222,11 @@ fn a_damaged_file_is_replaced_and_named() {
 #[test]
 fn a_quickly_made_sample_is_not_kept_and_a_missing_folder_only_warns() {
     let folder = Folder::new("fast");
-    let store = SampleStore {
+    let store = Store {
         folder: Some(&folder.0),
         worth: Duration::MAX,
     };
-    let made = store
-        .prepare(&read(&config(json!({}))), 1)
-        .expect("the recipe works");
+    let made = prepared::prepare(&store, &read(&config(json!({}))), 1).expect("the recipe works");
     assert!(made.warnings.is_empty() && !folder.0.exists());
     fs::write(&folder.0, "a file").expect("the temporary folder is writable");
     let anew = prepare(&folder.0, json!({}), 1);

@@ -5,11 +5,15 @@
 //! Source: the derivation in `fem_kernel::reduced`, for the scheme of the body.
 //! Tolerance: 1e-9 for all modes and 1e-10 for the equilibrium (rounding of the modes), 1e-12 of the summed works for the energies.
 
+use std::fs;
+use std::path::{Path, PathBuf};
+
 use fem_kernel::statics::history::equilibrium;
 use fem_node::{FemConfig, ReducedNode};
 use kit::read_config;
+use kit::scratch::Scratch;
 use nalgebra::{DMatrix, DVector};
-use protocol::{Node, Role, Window};
+use protocol::{Node, Role, Setting, Window};
 use serde_json::{Value, json};
 
 use crate::fem_bodies::{block, node, setting, window, with};
@@ -78,6 +82,24 @@ fn all_modes_move_like_the_elements() {
                 "b {damping}: {name} {worst:e} of {scale:e}"
             );
         }
+    }
+}
+
+/// A periodic body has its modes in pairs of one frequency.
+#[test]
+fn all_modes_of_a_periodic_body_move_like_its_elements() {
+    let flat = json!({"mesh": {"periodic_x": true, "crown_radius_m": 0.0}});
+    let config = with(block(), flat);
+    let keys = json!({"reduced": {"modes": 1000, "near_m": 1.0}});
+    let (mut elements, mut modes) = (node(&config), reduced(&with(config, keys)));
+    let count = 2 * elements.couple("top").expect("a set").len();
+    modes.couple("top").expect("a set");
+    for index in 0..100 {
+        let (of_window, load) = (window(index, 10), force(count, index));
+        let (theirs, _) = go(&mut elements, &of_window, &load);
+        let (ours, _) = go(&mut modes, &of_window, &load);
+        let apart: Vec<f64> = theirs.iter().zip(&ours).map(|(a, b)| a - b).collect();
+        assert!(largest(&apart) <= 1e-9 * largest(&theirs), "window {index}");
     }
 }
 
@@ -224,6 +246,75 @@ fn a_checkpoint_keeps_every_bit() {
     other.select(&[3, 4]).expect("points of the set");
     let refused = other.restore(&bytes).expect_err("other points");
     assert!(refused.message.contains("another body"), "{refused}");
+}
+
+/// The modes take longer than what is not worth keeping.
+#[test]
+fn kept_modes_and_surfaces_give_the_same_bits_and_a_flipped_byte_is_noticed() {
+    let folder = Scratch::new("kept-modes", 0);
+    let finer = json!({"mesh": {"size_m": 2e-4, "side_columns": 8, "depth_rows": 12},
+                       "reduced": {"modes": 150}, "boundary": loads()});
+    let config = with(block(), finer);
+    let run = |config: &Value, cache: Option<&Path>| {
+        let setting = Setting {
+            cache: cache.map(Path::to_path_buf),
+            ..setting(1)
+        };
+        let config: FemConfig = read_config(config).expect("the keys are valid");
+        let keys = config.reduced.expect("it is reduced");
+        let mut node = ReducedNode::new(&config, keys, &setting).expect("the body is valid");
+        let count = 2 * node.couple("top").expect("a set").len();
+        for index in 0..3 {
+            go(&mut node, &window(index, 10), &force(count, index));
+        }
+        node.finish().expect("it ends")
+    };
+    let hash = |config: &Value| {
+        let outcome = run(config, Some(folder.path()));
+        (outcome.state_hash, outcome.warnings)
+    };
+    let files = || {
+        let entries = fs::read_dir(folder.path()).expect("it was made");
+        let mut paths: Vec<PathBuf> = entries.map(|e| e.expect("it is read").path()).collect();
+        paths.sort();
+        paths
+    };
+    let clean = (run(&config, None).state_hash, Vec::new());
+    assert_eq!(hash(&config), clean);
+    let kept = files();
+    assert_eq!(kept.len(), 3, "{kept:?}");
+    let written = kept.iter().map(|path| fs::read(path).expect("it is read"));
+    let written: Vec<Vec<u8>> = written.collect();
+    assert_eq!(hash(&config), clean);
+    for (path, whole) in kept.iter().zip(&written) {
+        let mut flipped = whole.clone();
+        flipped[whole.len() / 2] ^= 1;
+        fs::write(path, flipped).expect("it is ours");
+        let (state, warnings) = hash(&config);
+        assert_eq!(state, clean.0);
+        let [warning] = &warnings[..] else {
+            panic!("{warnings:?}");
+        };
+        assert!(warning.contains("is damaged") && warning.contains(&*path.to_string_lossy()));
+        assert!(fs::read(path).expect("it is read") == *whole, "replaced");
+    }
+    let load = json!({"right": {"traction_pa": [4e5, 0.0]}});
+    for (more, change) in [
+        (
+            0,
+            json!({"probes": [], "plausible": {"far_field_rel": [0.1, 1.0]}}),
+        ),
+        (1, json!({"time": {"damping": 1.0}})),
+        (1, json!({"reduced": {"near_m": 1.0}})),
+        (1, json!({"boundary": load})),
+        (3, json!({"reduced": {"modes": 151}})),
+        (3, json!({"material": {"poisson": 0.29}})),
+        (3, json!({"base": "roller"})),
+    ] {
+        let before = files().len();
+        hash(&with(config.clone(), change.clone()));
+        assert_eq!(files().len(), before + more, "{change}");
+    }
 }
 
 #[test]

@@ -77,6 +77,15 @@ impl KnobErrors {
         }
     }
 
+    /// Errors by levels of which the finest has no error.
+    pub fn below_exact(mut self) -> KnobErrors {
+        for errors in &mut self.errors {
+            let missed = errors[errors.len() - 1];
+            errors.iter_mut().for_each(|error| *error -= missed);
+        }
+        self
+    }
+
     /// True if a level other than 0 is known.
     pub fn is_known(&self) -> bool {
         self.levels.len() > 1
@@ -294,9 +303,18 @@ mod tests {
         let reference = |mesh: f64, window: f64, nearest| {
             model.reference(&[mesh, 0.0, window, 0.0, 0.0, 0.0], nearest)
         };
-        assert_eq!(reference(1.0, -1.0, false), [2.5, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(reference(1.0, -1.0, true), [1.5, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(reference(2.5, 0.0, false), [3.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(
+            reference(1.0, -1.0, false),
+            [2.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        );
+        assert_eq!(
+            reference(1.0, -1.0, true),
+            [1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        );
+        assert_eq!(
+            reference(2.5, 0.0, false),
+            [3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        );
         let distance = model.distance(
             0,
             &[1.0, 0.0, -1.0, 0.0, 0.0, 0.0],
@@ -310,6 +328,6 @@ mod tests {
     #[test]
     fn no_setting_is_its_own_reference() {
         let reference = model(1.0).reference(&[0.0; KNOBS.len()], false);
-        assert_eq!(reference, [0.5, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(reference, [0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     }
 }

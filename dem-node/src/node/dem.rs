@@ -30,13 +30,14 @@ use crate::measure::rolled::{self, RolledWay};
 use crate::measure::stress::{self, StressMap};
 use crate::measure::structure::bonded_strength;
 use crate::node::interface::InterfaceDisks;
-use crate::sample::prepared::{SampleStore, WORTH};
+use crate::sample::prepared;
 use crate::sample::types::Sample;
 use crate::sample::{fed, perturb, surface, wheel_face};
 use crate::setup;
 use crate::setup::bounds::{StepBounds, advice_on_positions, advice_on_travel};
 use crate::setup::mass_scaling::MassScaling;
 use crate::setup::prescribed_opening::PrescribedOpening;
+use kit::kept::{Store, WORTH};
 use kit::wheel::{WheelProgram, ends_at};
 
 /// A layer or heap of grains, with its wheel and walls, ready to step: the participant.
@@ -147,11 +148,11 @@ impl Dem {
             Some(step) => bounds.assess(step)?,
             None => Vec::new(),
         };
-        let store = SampleStore {
+        let store = Store {
             folder: setting.cache.as_deref(),
             worth: WORTH,
         };
-        let prepared = store.prepare(config, setting.seed)?;
+        let prepared = prepared::prepare(&store, config, setting.seed)?;
         let mut sample = prepared.sample;
         warnings.extend(prepared.warnings);
         if let Some(seed) = config.perturb_seed {

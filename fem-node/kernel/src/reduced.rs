@@ -41,7 +41,6 @@ pub mod oscillator;
 pub mod surface;
 
 use crate::error::KernelError;
-use crate::scheme::NewmarkScheme;
 use crate::statics::factor::Factor;
 use crate::statics::problem::StaticProblem;
 
@@ -49,42 +48,36 @@ use modes::{ModeChoice, Modes, add, dot};
 use oscillator::ModeState;
 
 /// A supported linear body with its modes.
+#[derive(Default)]
 pub struct ReducedBody {
-    /// The scheme that moves the modes.
-    pub scheme: NewmarkScheme,
     /// The modes that are kept.
     pub modes: Modes,
-    factor: Factor,
-    length: usize,
+    /// The factor of its stiffness, once something needs it.
+    factor: Option<Factor>,
 }
 
 impl ReducedBody {
-    /// Factorises the stiffness and computes the modes.
-    pub fn new(
+    /// The lowest modes of the body of this problem.
+    pub fn lowest(
+        &mut self,
         problem: &StaticProblem,
-        scheme: NewmarkScheme,
         choice: ModeChoice,
-    ) -> Result<ReducedBody, KernelError> {
-        let factor = Factor::new(problem)?;
-        Ok(ReducedBody {
-            scheme,
-            modes: Modes::lowest(problem.body, &factor, choice)?,
-            factor,
-            length: problem.body.layout.len(),
-        })
-    }
-
-    /// The number of components that can move.
-    pub fn unknowns(&self) -> usize {
-        self.factor.components().len()
+    ) -> Result<Modes, KernelError> {
+        Modes::lowest(problem.body, factor(&mut self.factor, problem)?, choice)
     }
 
     /// Displacements (m) and velocities (m/s) of the whole body under these forces (N), as fields.
-    pub fn recovered(&self, states: &[ModeState], force: &[f64]) -> [Vec<f64>; 2] {
-        let components = self.factor.components();
+    pub fn recovered(
+        &mut self,
+        problem: &StaticProblem,
+        states: &[ModeState],
+        force: &[f64],
+    ) -> Result<[Vec<f64>; 2], KernelError> {
+        let factor = factor(&mut self.factor, problem)?;
+        let components = factor.components();
         let own: Vec<f64> = components.iter().map(|c| force[*c]).collect();
         let mut moved = vec![own.clone()];
-        self.factor.solve_columns(&mut moved);
+        factor.solve_columns(&mut moved);
         let mut u = moved.swap_remove(0);
         let mut v = vec![0.0; u.len()];
         let modes = self.modes.shapes.iter().zip(&self.modes.omega);
@@ -92,13 +85,18 @@ impl ReducedBody {
             add(&mut u, state.u - dot(shape, &own) / (omega * omega), shape);
             add(&mut v, state.v, shape);
         }
-        [u, v].map(|numbers| self.factor.field(&numbers, self.length))
+        Ok([u, v].map(|numbers| factor.field(&numbers, force.len())))
     }
+}
 
-    /// phi of a component in each mode; 0 where it cannot move.
-    fn amplitudes(&self, component: usize) -> impl Iterator<Item = f64> + '_ {
-        let equation = self.factor.equation(component);
-        let shapes = self.modes.shapes.iter();
-        shapes.map(move |shape| equation.map_or(0.0, |equation| shape[equation]))
-    }
+/// The factor, made if it is not there: modes and surfaces that are known need none.
+fn factor<'a>(
+    known: &'a mut Option<Factor>,
+    problem: &StaticProblem,
+) -> Result<&'a Factor, KernelError> {
+    let made = match known.take() {
+        Some(factor) => factor,
+        None => Factor::new(problem)?,
+    };
+    Ok(known.insert(made))
 }

@@ -1,9 +1,11 @@
 //! Parameters of the scheme, and its predictor.
 
+use serde::{Deserialize, Serialize};
+
 use crate::pack::lanes::Pack;
 
 /// Parameters of the scheme.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NewmarkScheme {
     /// Step h (s).
     pub step: f64,

@@ -61,13 +61,13 @@ impl Node for ReducedNode {
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
-        self.surface();
+        self.surface()?;
         pack(&(&self.committed, self.state_hash()))
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), NodeError> {
         let (committed, hash): (ReducedCommitted, String) = unpack(state)?;
-        if !self.surface().fits(&committed.state) {
+        if !self.surface()?.fits(&committed.state) {
             return foreign("its modes or its exchanged points differ");
         }
         self.committed = committed;
@@ -83,7 +83,7 @@ impl Node for ReducedNode {
     }
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
-        let last = self.recovered();
+        let last = self.recovered()?;
         let windows = self.committed.mode_windows as f64;
         Ok(Outcome {
             steps: self.committed.steps_done,
@@ -91,6 +91,7 @@ impl Node for ReducedNode {
             results: self.results(&last),
             state_hash: self.state_hash(),
             findings: self.findings(&last),
+            warnings: self.kept.warnings.clone(),
             ..Outcome::default()
         })
     }

@@ -14,6 +14,7 @@ use kit::rolling::nearest_image;
 use protocol::{Setting, Window};
 use serde::{Deserialize, Serialize};
 
+use super::reduced_kept::KeptParts;
 use super::windows::FORCE;
 use crate::config::keys::FemConfig;
 use crate::config::reduced::{NearReach, ReducedConfig};
@@ -34,6 +35,7 @@ pub struct ReducedNode {
     pub model: Model,
     pub(super) snapshots: Snapshots,
     pub(super) body: ReducedBody,
+    pub(super) kept: KeptParts,
     near: NearReach,
     pub(super) interface: Interface,
     /// Components that reports read, beside the exchanged ones.
@@ -81,7 +83,12 @@ impl ReducedNode {
         let count = reduced.modes.map(|count| ModeChoice::Count(count as usize));
         let choice = count.or(reduced.omega_max_per_s.map(ModeChoice::UpTo));
         let choice = choice.expect("the configuration has been checked");
-        let body = ReducedBody::new(&model.static_problem(), model.scheme, choice)?;
+        let (mut body, mut kept) = (
+            ReducedBody::default(),
+            KeptParts::new(&model, choice, setting),
+        );
+        let modes = || body.lowest(&model.static_problem(), choice);
+        body.modes = kept.value("modes", "", modes)?;
         refuse_if(
             body.modes.omega.is_empty(),
             "reduced.omega_max_per_s",
@@ -94,6 +101,7 @@ impl ReducedNode {
         Ok(ReducedNode {
             snapshots: Snapshots::new(setting),
             body,
+            kept,
             near: reduced.near_m,
             interface: Interface::default(),
             reported: Vec::new(),
@@ -121,25 +129,30 @@ impl ReducedNode {
     }
 
     /// The surface of the present selection.
-    pub(super) fn surface(&mut self) -> &ReducedSurface {
-        let exchanged = &self.interface.components;
-        let (model, body) = (&self.model, &self.body);
-        let built = self.surface.is_none();
-        if built {
-            let mut reported = reported_components(model);
-            reported.retain(|component| !exchanged.contains(component));
-            self.reported = reported;
-        }
-        let reported = &self.reported;
-        let surface = self.surface.get_or_insert_with(|| {
-            let loads = model.tractions.iter();
-            let loads: Vec<&[(usize, f64)]> = loads.map(|load| &*load.forces).collect();
-            ReducedSurface::new(body, exchanged, reported, &loads)
-        });
-        if built {
-            self.committed.state = surface.at_rest();
-        }
-        surface
+    pub(super) fn surface(&mut self) -> Result<&ReducedSurface, FemError> {
+        let surface = match self.surface.take() {
+            Some(surface) => surface,
+            None => self.built()?,
+        };
+        Ok(self.surface.insert(surface))
+    }
+
+    fn built(&mut self) -> Result<ReducedSurface, FemError> {
+        let (exchanged, model) = (&self.interface.components, &self.model);
+        self.reported = reported_components(model);
+        self.reported
+            .retain(|component| !exchanged.contains(component));
+        let rows = [&exchanged[..], &self.reported[..]];
+        let loads = model.tractions.iter();
+        let loads: Vec<&[(usize, f64)]> = loads.map(|load| &*load.forces).collect();
+        let recipe = format!(", surface {rows:?} with the loads {loads:?}");
+        let (body, problem) = (&mut self.body, (&model.static_problem(), model.scheme));
+        let make = || ReducedSurface::new(body, problem, rows, &loads);
+        let mut surface = self.kept.value("surface", &recipe, make)?;
+        // The scheme decides nothing else of a surface.
+        surface.scheme = model.scheme;
+        self.committed.state = surface.at_rest();
+        Ok(surface)
     }
 
     /// Builds the surface, and the window of these steps, unless they are known.
@@ -147,13 +160,13 @@ impl ReducedNode {
         if substeps == 0 {
             return Err(FemError::NoSteps);
         }
-        self.surface();
+        self.surface()?;
         if self.windows.contains_key(&substeps) {
             return Ok(());
         }
-        let window = self.split(substeps, None);
+        let window = self.split(substeps, None)?;
         if !window.field.is_stable() {
-            let needed = self.split(substeps, Some(window.field.reach));
+            let needed = self.split(substeps, Some(window.field.reach))?;
             return Err(FemError::NearTooShort {
                 near_m: window.field.reach,
                 radius: window.field.radius,
@@ -168,29 +181,28 @@ impl ReducedNode {
     }
 
     /// A window of these steps, its near field as configured or the least stable one from this distance on (m).
-    fn split(&self, substeps: u32, from: Option<f64>) -> ReducedWindow {
-        let points = self.exchanged_points();
-        let period = self.model.mesh.period();
+    fn split(&mut self, substeps: u32, from: Option<f64>) -> Result<ReducedWindow, FemError> {
+        let (model, interface) = (&self.model, &self.interface);
+        let points = interface.exchanged.iter();
+        let points: Vec<[f64; 2]> = points.map(|n| model.mesh.point(n[0], n[1])).collect();
+        let period = model.mesh.period();
         let distance = |i: usize, j: usize| {
             let [p, q] = [points[i / 2], points[j / 2]];
             nearest_image(p[0] - q[0], period).hypot(p[1] - q[1])
         };
         let spacing = (1..points.len()).map(|i| distance(2 * i, 2 * i - 2));
-        let least = spacing.fold(f64::INFINITY, f64::min).min(self.model.size);
+        let least = spacing.fold(f64::INFINITY, f64::min).min(model.size);
         let choice = match (from, self.near) {
             (Some(from), _) => NearChoice::From(from.max(least)),
             (None, NearReach::Auto) => NearChoice::From(SPACINGS_MIN * least),
             (None, NearReach::Metres(reach)) => NearChoice::Exactly(reach),
         };
+        let (scheme, exchanged) = (model.scheme, &interface.components);
+        let recipe =
+            format!(", {substeps} steps of {scheme:?} with {choice:?} between {exchanged:?}");
         let surface = self.surface.as_ref().expect("it was built before");
-        surface.window(substeps, distance, choice)
-    }
-
-    /// Positions of the exchanged points (m).
-    fn exchanged_points(&self) -> Vec<[f64; 2]> {
-        let points = self.interface.exchanged.iter();
-        let at = |node: &[usize; 2]| self.model.mesh.point(node[0], node[1]);
-        points.map(at).collect()
+        let make = || Ok(surface.window(substeps, distance, choice));
+        Ok(self.kept.value("window", &recipe, make)?)
     }
 
     /// Runs a window under an interface force, and returns the increments of the exchanged components (m).
@@ -309,8 +321,8 @@ impl ReducedNode {
     }
 
     /// Displacements and velocities of the whole body.
-    pub(super) fn recovered(&mut self) -> NodalState {
-        self.surface();
+    pub(super) fn recovered(&mut self) -> Result<NodalState, FemError> {
+        self.surface()?;
         let committed = &self.committed;
         let mut force = vec![0.0; self.model.body.layout.len()];
         let t = committed.steps as f64 * self.model.scheme.step;
@@ -324,11 +336,12 @@ impl ReducedNode {
         exchanged
             .zip(&committed.state.force)
             .for_each(|(c, f)| force[*c] += f);
-        let [u, v] = self.body.recovered(&committed.state.mode_states(), &force);
+        let (problem, modes) = (self.model.static_problem(), committed.state.mode_states());
+        let [u, v] = self.body.recovered(&problem, &modes, &force)?;
         let mut state = NodalState::at_rest(&self.model.body);
         state.u.copy_from_slice(&u);
         state.v.copy_from_slice(&v);
-        state
+        Ok(state)
     }
 
     pub(super) fn residual_share(&self) -> f64 {

@@ -133,7 +133,7 @@ impl ReducedNode {
     /// Writes the fields of the committed state; a snapshot of the hold also records its pressures.
     pub(super) fn try_snapshot(&mut self, name: &str) -> Result<(), FemError> {
         refuse_name(name)?;
-        let state = self.recovered();
+        let state = self.recovered()?;
         let (model, committed) = (&self.model, &mut self.committed);
         committed.strain_max = plausible::strain_so_far(committed.strain_max, model, &state);
         if name == HOLD {

@@ -19,6 +19,7 @@
 //! - [`finding`]: the kinds of findings, their documentation for users, and the table of their bounds;
 //! - [`mod@results`]: the results and signals of a program;
 //! - [`vtk`]: files of fields;
+//! - [`kept`]: values that are kept for later runs;
 //! - [`scratch`]: folders that are removed with their owner.
 
 pub mod bounds;
@@ -26,6 +27,7 @@ pub mod boxes;
 pub mod cycle_drift;
 pub mod finding;
 pub mod input_file;
+pub mod kept;
 pub mod keys;
 pub mod limits;
 pub mod number;

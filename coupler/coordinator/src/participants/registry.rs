@@ -29,7 +29,7 @@ pub struct ShippedSolver {
 pub struct Registry {
     /// One entry for each kind.
     pub solvers: Vec<ShippedSolver>,
-    /// Folder in which solvers keep samples that take long to prepare; nothing is kept when absent.
+    /// Folder in which solvers keep what takes long to prepare; nothing is kept when absent.
     pub cache: Option<PathBuf>,
 }
 

@@ -1,6 +1,7 @@
 //! The lowest modes of a supported body, K phi = omega^2 M phi with phi^T M phi = 1.
 
 use nalgebra::{DMatrix, SymmetricEigen};
+use serde::{Deserialize, Serialize};
 
 use crate::element::body::Body;
 use crate::error::{KernelError, MODES_BYTES};
@@ -29,7 +30,7 @@ pub enum ModeChoice {
 }
 
 /// Modes by ascending frequency.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Modes {
     /// omega (1/s).
     pub omega: Vec<f64>,
@@ -40,6 +41,17 @@ pub struct Modes {
 }
 
 impl Modes {
+    /// phi of a component in each mode; 0 where it cannot move.
+    pub(crate) fn amplitudes<'a>(
+        &'a self,
+        factor: &Factor,
+        component: usize,
+    ) -> impl Iterator<Item = f64> + 'a {
+        let equation = factor.equation(component);
+        let shapes = self.shapes.iter();
+        shapes.map(move |shape| equation.map_or(0.0, |equation| shape[equation]))
+    }
+
     /// The lowest modes by block Lanczos iteration on M^1/2 K^-1 M^1/2, whose largest eigenvalues are 1/omega^2 (Golub and Underwood 1977; Parlett,
     /// The Symmetric Eigenvalue Problem, 1980, ch. 13). Every direction is kept orthogonal to all others, so no mode appears twice, and the iteration
     /// ends at the latest when the directions span all components.

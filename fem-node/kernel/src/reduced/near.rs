@@ -1,6 +1,7 @@
 //! The near and the far part of a compliance.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
+use serde::{Deserialize, Serialize};
 
 use super::modes::add_columns;
 use crate::pack::vectorised;
@@ -24,7 +25,7 @@ pub enum NearChoice {
 }
 
 /// A compliance C = C_near + C_far (m/N), both symmetric and column-major.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct NearField {
     /// Distance within which a component belongs to C_near (m).
     pub reach: f64,
@@ -44,11 +45,13 @@ impl NearField {
         distance: impl Fn(usize, usize) -> f64,
         choice: NearChoice,
     ) -> NearField {
+        let n = compliance.nrows();
+        let distances = DMatrix::from_fn(n, n, distance);
         let mut reach = match choice {
             NearChoice::From(reach) | NearChoice::Exactly(reach) => reach,
         };
         loop {
-            let field = NearField::split(compliance, &distance, reach);
+            let field = NearField::split(compliance, &distances, reach);
             let is_whole = field.far.iter().all(|c| *c == 0.0);
             if field.is_stable() || is_whole || matches!(choice, NearChoice::Exactly(_)) {
                 return field;
@@ -62,22 +65,11 @@ impl NearField {
         self.radius <= RADIUS_MAX
     }
 
-    fn split(
-        compliance: &DMatrix<f64>,
-        distance: &impl Fn(usize, usize) -> f64,
-        reach: f64,
-    ) -> NearField {
+    fn split(compliance: &DMatrix<f64>, distances: &DMatrix<f64>, reach: f64) -> NearField {
         let n = compliance.nrows();
-        let is_near = |i: usize, j: usize| distance(i, j) <= reach;
         let part = |wanted: bool| {
-            let of = |i, j| {
-                if is_near(i, j) == wanted {
-                    compliance[(i, j)]
-                } else {
-                    0.0
-                }
-            };
-            DMatrix::from_fn(n, n, of)
+            let is_part = |distance: f64| (distance <= reach) == wanted;
+            compliance.zip_map(distances, |c, at| if is_part(at) { c } else { 0.0 })
         };
         let [near, far] = [true, false].map(part);
         let band = |j: usize| {

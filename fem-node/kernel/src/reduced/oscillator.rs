@@ -13,6 +13,8 @@
 //! (u, v)+ = P (u, v) + q f, and the energies that the scheme and the mass damping take are quadratic forms in (u, v, f); their formulas are derived in
 //! [`crate::integrate`].
 
+use serde::{Deserialize, Serialize};
+
 use crate::scheme::NewmarkScheme;
 
 /// A number that depends linearly on (u, v, f).
@@ -40,7 +42,7 @@ pub struct ModeLoss {
 }
 
 /// The map of a mode over a window of n steps under a constant force.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) struct WindowMap {
     u: Form,
     v: Form,

@@ -3,15 +3,19 @@
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::ReducedBody;
 use super::modes::{add, add_columns, dot};
 use super::near::{NearChoice, NearField};
 use super::oscillator::{ModeLoss, ModeState, WindowMap, stepped};
+use super::{ReducedBody, factor};
+use crate::error::KernelError;
 use crate::scheme::NewmarkScheme;
+use crate::statics::problem::StaticProblem;
 
 /// Modes and flexibility of the components that a run reads, the exchanged ones first.
+#[derive(Serialize, Deserialize)]
 pub struct ReducedSurface {
-    scheme: NewmarkScheme,
+    /// The scheme that moves the modes.
+    pub scheme: NewmarkScheme,
     omega: Vec<f64>,
     exchanged: usize,
     rows: usize,
@@ -30,6 +34,7 @@ pub struct ReducedSurface {
 }
 
 /// Response to a load of a set, at full load.
+#[derive(Serialize, Deserialize)]
 struct LoadResponse {
     /// Phi^T f of each mode.
     modal: Vec<f64>,
@@ -40,6 +45,7 @@ struct LoadResponse {
 }
 
 /// A window of n steps of a surface.
+#[derive(Serialize, Deserialize)]
 pub struct ReducedWindow {
     substeps: u32,
     maps: Vec<WindowMap>,
@@ -126,20 +132,23 @@ pub struct ReducedEnergies {
 impl ReducedSurface {
     /// The surface of a body with these exchanged components, other reported ones, and loads as components and forces (N).
     pub fn new(
-        body: &ReducedBody,
-        exchanged: &[usize],
-        reported: &[usize],
+        body: &mut ReducedBody,
+        (problem, scheme): (&StaticProblem, NewmarkScheme),
+        [exchanged, reported]: [&[usize]; 2],
         loads: &[&[(usize, f64)]],
-    ) -> ReducedSurface {
+    ) -> Result<ReducedSurface, KernelError> {
         let rows: Vec<usize> = exchanged.iter().chain(reported).copied().collect();
         let (count, sources) = (rows.len(), exchanged.len());
-        let by_row: Vec<Vec<f64>> = rows.iter().map(|c| body.amplitudes(*c).collect()).collect();
-        let omega = body.modes.omega.clone();
+        let loads = load_responses(body, problem, &rows, loads)?;
+        let (modes, factor) = (&body.modes, factor(&mut body.factor, problem)?);
+        let by_row = rows.iter().map(|c| modes.amplitudes(factor, *c).collect());
+        let by_row: Vec<Vec<f64>> = by_row.collect();
+        let omega = modes.omega.clone();
         let shapes: Vec<f64> = (0..omega.len())
             .flat_map(|k| by_row.iter().map(move |row| row[k]))
             .collect();
         let softness: Vec<f64> = omega.iter().map(|omega| 1.0 / (omega * omega)).collect();
-        let flexibility = body.factor.columns(exchanged, &rows);
+        let flexibility = factor.columns(exchanged, &rows);
         let of_modes = |i: usize, j: usize| {
             let products = by_row[i].iter().zip(&by_row[j]).zip(&softness);
             products.map(|((a, b), s)| a * b * s).sum::<f64>()
@@ -152,8 +161,8 @@ impl ReducedSurface {
         }
         let trace = |of: &dyn Fn(usize) -> f64| (0..sources).map(of).sum::<f64>();
         let share = trace(&|i| residual[(i, i)]) / trace(&|i| flexibility[i][i]);
-        ReducedSurface {
-            scheme: body.scheme,
+        Ok(ReducedSurface {
+            scheme,
             exchanged: sources,
             rows: count,
             shapes,
@@ -164,10 +173,10 @@ impl ReducedSurface {
                 .copied()
                 .collect(),
             residual: residual.rows(0, sources).into_owned(),
-            loads: load_responses(body, &rows, loads),
+            loads,
             residual_share: if sources > 0 { share } else { 0.0 },
             omega,
-        }
+        })
     }
 
     /// At rest, undeformed.
@@ -437,30 +446,32 @@ fn is_constant(factors: &[Vec<f64>]) -> bool {
 
 /// Responses to the loads, each a list of components and forces.
 fn load_responses(
-    body: &ReducedBody,
+    body: &mut ReducedBody,
+    problem: &StaticProblem,
     rows: &[usize],
     loads: &[&[(usize, f64)]],
-) -> Vec<LoadResponse> {
+) -> Result<Vec<LoadResponse>, KernelError> {
     let responses = loads.iter().map(|load| {
-        let mut force = vec![0.0; body.length];
+        let mut force = vec![0.0; problem.body.layout.len()];
         load.iter()
             .for_each(|(component, f)| force[*component] += f);
         let none = vec![ModeState::default(); body.modes.omega.len()];
-        let [residual, _] = body.recovered(&none, &force);
+        let [residual, _] = body.recovered(problem, &none, &force)?;
+        let (modes, factor) = (&body.modes, factor(&mut body.factor, problem)?);
         let products = load
             .iter()
-            .map(|(c, f)| body.amplitudes(*c).map(move |a| a * f));
+            .map(|(c, f)| modes.amplitudes(factor, *c).map(move |a| a * f));
         let mut modal = vec![0.0; body.modes.omega.len()];
         products.for_each(|products| {
             let sums = modal.iter_mut().zip(products);
             sums.for_each(|(sum, product)| *sum += product);
         });
         let work = |other: &&[(usize, f64)]| other.iter().map(|(c, f)| f * residual[*c]).sum();
-        LoadResponse {
+        Ok(LoadResponse {
             modal,
             works: loads.iter().map(work).collect(),
             residual: rows.iter().map(|c| residual[*c]).collect(),
-        }
+        })
     });
     responses.collect()
 }
