@@ -301,7 +301,7 @@ mod tests {
     fn a_reference_is_finer_where_it_matters() {
         let model = model(0.01);
         let reference = |mesh: f64, window: f64, nearest| {
-            model.reference(&[mesh, 0.0, window, 0.0, 0.0, 0.0], nearest)
+            model.reference(&[mesh, 0.0, window, 0.0, 0.0, 0.0, 0.0], nearest)
         };
         assert_eq!(
             reference(1.0, -1.0, false),
@@ -317,7 +317,7 @@ mod tests {
         );
         let distance = model.distance(
             0,
-            &[1.0, 0.0, -1.0, 0.0, 0.0, 0.0],
+            &[1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0],
             &reference(1.0, -1.0, false),
         );
         let exact = (0.01 - 0.02 * 2f64.powf(-2.5)).hypot(0.003);
