@@ -324,6 +324,14 @@ mod tests {
         assert!((distance / exact - 1.0).abs() < 1e-12);
     }
 
+    #[test]
+    fn nothing_is_missed_below_an_exact_level() {
+        let knob = KnobErrors::of(&[-1.0, 0.0], &[0.5, 1.0], &[0.0], |_, _, _| 0.01);
+        let knob = knob.below_exact();
+        assert!((knob.error(0, -1.0) / 0.01 - 1.0).abs() < 1e-12);
+        assert_eq!(knob.error(0, 0.0), 0.0);
+    }
+
     /// A setting that errs by less than the target is still compared with a finer one: compared with itself it has no error.
     #[test]
     fn no_setting_is_its_own_reference() {
