@@ -9,12 +9,12 @@ use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sou
 /// raises numbers by at most that allowance.
 const LINES: [(&str, usize); 19] = [
     ("protocol", 2_325),
-    ("kit", 1_770),
+    ("kit", 1_885),
     ("network", 823),
-    ("fem-kernel", 8_481),
-    ("fem-node", 7_223),
+    ("fem-kernel", 8_495),
+    ("fem-node", 7_300),
     ("dem-kernel", 9_806),
-    ("dem-node", 8_560),
+    ("dem-node", 8_525),
     ("scheme", 4_165),
     ("exchange-log", 2_092),
     ("scenes", 178),
@@ -24,7 +24,7 @@ const LINES: [(&str, usize); 19] = [
     ("terminal", 363),
     ("draw", 845),
     ("report", 4_665),
-    ("study", 5_020),
+    ("study", 5_101),
     ("lab", 3_556),
     ("coupler", 3_008),
 ];

@@ -51,7 +51,7 @@ kit::results! {
     /// - `momentum_defect_n`: Difference between the change of momentum and the forces on the grains in the step.
     /// - `iterations`: Iterations of the contact solver in the last solve of the window.
     /// - `true_residual`: Residual of the contact laws after the last solve of the window.
-    /// - `speed_max_m_per_s`: Speed of the centre of the fastest disk, those of clusters included.
+    /// - `speed_max_m_per_s`: Speed of the centre of the fastest disk, alone or in a cluster.
 }
 
 /// The signals of a step under their names. `wheel_fn_n` and `wheel_ft_n` are the force of the grains on the wheel (upwards, and
