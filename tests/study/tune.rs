@@ -199,7 +199,7 @@ fn a_study_of_a_scene_is_written() {
     for (scene, choices) in [
         (
             "two-rails",
-            &["mesh", "window", "mass scale", "tolerance"][..],
+            &["mesh", "window", "mass scale", "tolerance", "modes"][..],
         ),
         ("layer-alone", &["step", "mass scale", "tolerance"][..]),
         ("verification/rail-under-wheel", &["mesh", "step"][..]),

@@ -48,7 +48,7 @@ pub(super) fn new(arguments: &NewStudyArguments, registry: &Registry) -> Result<
         loaded.is_ok_and(|loaded| check(&loaded, registry, threads).is_ok())
     };
     let draft = of_choices(&knobs, stands).ok_or_else(|| {
-        let why = "the scene has no numerical choice that a study can vary: mesh, element, window, step, mass scale, tolerance";
+        let why = "the scene has no numerical choice that a study can vary: mesh, element, window, step, mass scale, tolerance, modes";
         Refusal::argument("SCENARIO", why)
     })?;
     let measures = measures(&knobs);

@@ -117,7 +117,7 @@ pub fn of_choices(knobs: &Knobs, stands: impl Fn(&[String]) -> bool) -> Option<D
         let levels = KNOBS.map(|knob| match knob {
             Knob::Mesh | Knob::Window | Knob::Step => *level,
             Knob::MassScale => level.max(0.0),
-            Knob::Tolerance => level.trunc(),
+            Knob::Tolerance | Knob::Modes => level.trunc(),
             Knob::Element => 0.0,
         });
         Some((knobs.words(&levels), overrides(&levels)?))

@@ -77,6 +77,15 @@ impl KnobErrors {
         }
     }
 
+    /// Errors by levels of which the finest has no error.
+    pub fn below_exact(mut self) -> KnobErrors {
+        for errors in &mut self.errors {
+            let missed = errors[errors.len() - 1];
+            errors.iter_mut().for_each(|error| *error -= missed);
+        }
+        self
+    }
+
     /// True if a level other than 0 is known.
     pub fn is_known(&self) -> bool {
         self.levels.len() > 1
@@ -292,24 +301,41 @@ mod tests {
     fn a_reference_is_finer_where_it_matters() {
         let model = model(0.01);
         let reference = |mesh: f64, window: f64, nearest| {
-            model.reference(&[mesh, 0.0, window, 0.0, 0.0, 0.0], nearest)
+            model.reference(&[mesh, 0.0, window, 0.0, 0.0, 0.0, 0.0], nearest)
         };
-        assert_eq!(reference(1.0, -1.0, false), [2.5, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(reference(1.0, -1.0, true), [1.5, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(reference(2.5, 0.0, false), [3.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(
+            reference(1.0, -1.0, false),
+            [2.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        );
+        assert_eq!(
+            reference(1.0, -1.0, true),
+            [1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        );
+        assert_eq!(
+            reference(2.5, 0.0, false),
+            [3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        );
         let distance = model.distance(
             0,
-            &[1.0, 0.0, -1.0, 0.0, 0.0, 0.0],
+            &[1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0],
             &reference(1.0, -1.0, false),
         );
         let exact = (0.01 - 0.02 * 2f64.powf(-2.5)).hypot(0.003);
         assert!((distance / exact - 1.0).abs() < 1e-12);
     }
 
+    #[test]
+    fn nothing_is_missed_below_an_exact_level() {
+        let knob = KnobErrors::of(&[-1.0, 0.0], &[0.5, 1.0], &[0.0], |_, _, _| 0.01);
+        let knob = knob.below_exact();
+        assert!((knob.error(0, -1.0) / 0.01 - 1.0).abs() < 1e-12);
+        assert_eq!(knob.error(0, 0.0), 0.0);
+    }
+
     /// A setting that errs by less than the target is still compared with a finer one: compared with itself it has no error.
     #[test]
     fn no_setting_is_its_own_reference() {
         let reference = model(1.0).reference(&[0.0; KNOBS.len()], false);
-        assert_eq!(reference, [0.5, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(reference, [0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     }
 }

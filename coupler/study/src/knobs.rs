@@ -21,12 +21,14 @@ pub enum Knob {
     MassScale,
     /// Tolerances of contact solvers and of interfaces.
     Tolerance,
+    /// Number of modes of continua that have only their lowest ones. All elements of other continua are finer than any number.
+    Modes,
 }
 
-use Knob::{Element, MassScale, Mesh, Step, Tolerance, Window};
+use Knob::{Element, MassScale, Mesh, Modes, Step, Tolerance, Window};
 
 /// The choices in the order in which settings list their levels.
-pub const KNOBS: [Knob; 6] = [Mesh, Element, Window, Step, MassScale, Tolerance];
+pub const KNOBS: [Knob; 7] = [Mesh, Element, Window, Step, MassScale, Tolerance, Modes];
 
 /// A level of each choice: 0 is the unchanged scene; each finer level halves a length or a time, or divides by ten.
 pub type Levels = [f64; KNOBS.len()];
@@ -41,6 +43,7 @@ impl Knob {
             "step",
             "mass scale",
             "tolerance",
+            "modes",
         ];
         names[self.index()]
     }
@@ -54,7 +57,7 @@ impl Knob {
     /// windows, too.
     pub fn second(self) -> Option<f64> {
         match self {
-            Mesh | Window | Step => Some(-1.0),
+            Mesh | Window | Step | Modes => Some(-1.0),
             Element | Tolerance => None,
             MassScale => Some(0.5),
         }
@@ -65,6 +68,7 @@ impl Knob {
         match self {
             Mesh | Window | Step => &[-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0],
             Tolerance | Element => &[0.0, 1.0],
+            Modes => &[-1.0, 0.0, 1.0],
             // Grains lighter than in the runs may need shorter windows.
             MassScale => &[0.0, 0.5, 1.0],
         }
@@ -74,6 +78,7 @@ impl Knob {
     pub fn reference_levels(self) -> &'static [f64] {
         match self {
             Mesh | Window | Step => &[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0],
+            Modes => &[0.0, 1.0, 2.0],
             _ => self.levels(),
         }
     }
@@ -89,6 +94,29 @@ const LEAST_COLUMNS: f64 = 4.0;
 
 /// Step of elements with two by two points relative to one point: the ratio of their largest frequencies (fem.md).
 const STEP_2X2: f64 = 0.8;
+
+/// Modes at level 0 of a body that has all its elements, for the levels below.
+const MODES: f64 = 100.0;
+
+/// Words of a body that cannot have modes; keys of one that cannot have them or has them already, and of a set that is moved.
+const NO_MODES_WITH: [(&str, &str); 3] = [
+    ("analysis", "static"),
+    ("base", "free"),
+    ("kinematics", "corotational"),
+];
+const NO_MODES_BESIDE: [&str; 5] = [
+    "reduced",
+    "wheel",
+    "initial",
+    "material.yield_pa",
+    "time.stiffness_damping_s",
+];
+const MOVED: [&str; 4] = [
+    "velocity_m_per_s",
+    "displacement_m",
+    "motion",
+    "motion_table",
+];
 
 /// Keys of a mesh that count elements.
 const COUNTS: [&str; 2] = ["side_columns", "depth_rows"];
@@ -119,8 +147,8 @@ impl<'a> Knobs<'a> {
 
     /// Overrides of these levels: all keys of all choices, so that two settings differ only in values. `None` if a level is impossible.
     pub fn set(&self, levels: &Levels) -> Option<Vec<String>> {
-        let [mesh, element, window, step, mass, tolerance] = *levels;
-        let mut set = Vec::new();
+        let [mesh, element, window, step, mass, tolerance, modes] = *levels;
+        let mut set = self.modes(modes)?;
         // Steps relative to the scene, by participant.
         let mut steps: Vec<(&str, f64)> = Vec::new();
         for participant in shipped(self.scenario, "fem") {
@@ -221,6 +249,7 @@ impl<'a> Knobs<'a> {
             },
             MassScale => Some(words(number(".mass_scale")?, "")),
             Tolerance => Some(words(number(".tolerance").or(number("_rel"))?, "")),
+            Modes => Some(value(".reduced.modes")?.into()),
         }
     }
 
@@ -248,6 +277,40 @@ impl<'a> Knobs<'a> {
 
     pub(super) fn number(&self, participant: &str, key: &str) -> Option<f64> {
         number_of(self.given(participant, key)?)
+    }
+
+    /// Overrides of the modes of all bodies at a level. `None` above all elements, or below them if no body can have modes.
+    fn modes(&self, level: f64) -> Option<Vec<String>> {
+        let number = |participant: &str| self.number(participant, "reduced.modes");
+        let all = || shipped(self.scenario, "fem");
+        let is_reduced = all().any(|participant| number(participant).is_some());
+        let of = |participant: &str| {
+            let other =
+                (!is_reduced && level < 0.0 && self.is_reducible(participant)).then_some(MODES);
+            let modes = number(participant).or(other)?;
+            let modes = (modes * level.exp2()).round().max(1.0) as i64;
+            Some(config(participant, "reduced.modes", modes.into()))
+        };
+        let set: Vec<String> = all().filter_map(of).collect();
+        (level == 0.0 || !set.is_empty()).then_some(set)
+    }
+
+    /// True for a supported linear body in motion, loaded by forces.
+    fn is_reducible(&self, participant: &str) -> bool {
+        let mut interfaces = self.scenario.interface.iter();
+        let is_loaded = interfaces.any(|interface| {
+            interface.participants().contains(&participant)
+                && interface.scheme.to_string() != "velocity"
+        });
+        let mut words = NO_MODES_WITH.iter();
+        let mut keys = NO_MODES_BESIDE.iter();
+        let sets = self.given(participant, "boundary");
+        let mut sets = sets.and_then(toml::Value::as_table).into_iter().flatten();
+        let is_moved = |set: &toml::Value| MOVED.iter().any(|key| set.get(key).is_some());
+        is_loaded
+            && !words.any(|(key, word)| self.text(participant, key) == Some(word))
+            && !keys.any(|key| self.given(participant, key).is_some())
+            && !sets.any(|(_, set)| is_moved(set))
     }
 
     /// The mesh of a participant at a level: size of the elements relative to the scene, and the keys, without keys for a mesh from a file.
@@ -359,6 +422,44 @@ mod tests {
         let square = knobs.at(Knob::Element, 1.0).expect("two by two points");
         let window = value(&square, "substeps") * value(&square, "step_s");
         assert!((window / 6.12e-7 - 1.0).abs() < 1e-10 && value(&square, "step_s") < 0.81 * 6.8e-8);
+    }
+
+    /// All elements are finer than any number of modes.
+    #[test]
+    fn modes_are_offered_where_a_body_can_have_them() {
+        let modes = |scene: &str, set: &[&str], level: f64| {
+            let set: Vec<String> = set.iter().map(|set| set.to_string()).collect();
+            let loaded = load(scene, &set).expect("a scene");
+            let set = Knobs::of(&loaded).at(Knob::Modes, level)?;
+            let set: Vec<&String> = set.iter().filter(|set| set.contains("reduced")).collect();
+            let [set] = set[..] else { panic!("{set:?}") };
+            let (_, body) = set.split_once("participant.").expect("a participant");
+            Some(body.replace(".config.reduced.modes", ""))
+        };
+        let found = |scene, level| modes(scene, &[], level);
+        assert_eq!(found("quick", -1.0), Some("rail=50".into()));
+        assert_eq!(
+            found("two-rails", -1.0),
+            Some("lower=50".into()),
+            "the upper one is free"
+        );
+        assert_eq!(found("quick", 1.0), None);
+        let own = ["participant.rail.config.reduced.modes=30"];
+        let levels = [-1.0, 0.0, 1.0].map(|level| modes("quick", &own, level));
+        assert_eq!(
+            levels,
+            [Some("rail=15".into()), None, Some("rail=60".into())]
+        );
+        for other in [
+            "reduced.omega_max_per_s=1e6",
+            "kinematics=corotational",
+            "time.stiffness_damping_s=1e-9",
+        ] {
+            let set = format!("participant.rail.config.{other}");
+            assert_eq!(modes("quick", &[&set], -1.0), None, "{other}");
+        }
+        assert_eq!(found("wheel-rail-fe-small", -1.0), None);
+        assert_eq!(found("layer-alone", -1.0), None);
     }
 
     #[test]

@@ -192,7 +192,10 @@ mod tests {
         assert_eq!(mesh(Some(second)), Some([-0.5, 1.0]));
         assert_eq!(second.reference_cost, 0.0, "its runs are done");
         search.learn(&second, &TrialOutcome::Exceeds(vec![0.04]));
-        assert_eq!((search.next(false), search.found), (None, vec![[0.0; 6]]));
+        assert_eq!(
+            (search.next(false), search.found),
+            (None, vec![[0.0; KNOBS.len()]])
+        );
     }
 
     /// Half a level finer, the mesh is 0.71 % from its reference, or 1.8 % with the margin. If the bound is twice that, 2 % need a mesh that is

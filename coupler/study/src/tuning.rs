@@ -173,9 +173,12 @@ impl Tuning<'_> {
         let known = |knob: Knob, level: &f64| !cases(&self.knobs, knob, &[*level]).is_empty();
         // The error of one integration point shrinks with the size of the elements.
         let finer = |knob| Some(1.0).filter(|finer| knob != Knob::Element && known(knob, finer));
-        let mut levels = KNOBS.map(|knob| Vec::from_iter(finer(knob)));
+        // Nothing is finer than all elements.
+        let coarser =
+            |knob| Some(-1.0).filter(|coarser| knob == Knob::Modes && known(knob, coarser));
+        let mut levels = KNOBS.map(|knob| Vec::from_iter(finer(knob).or_else(|| coarser(knob))));
         if levels.iter().all(Vec::is_empty) {
-            let why = "the scene has no numerical choice to tune (mesh, window, step, mass scale, tolerance)";
+            let why = "the scene has no numerical choice to tune (mesh, window, step, mass scale, tolerance, modes)";
             return Err(Refusal::argument("SCENARIO", why).into());
         }
         let model = self.runs_of(&levels)?.model;
@@ -186,7 +189,8 @@ impl Tuning<'_> {
             // Grains that are only slightly heavier than real ones have a single lighter level.
             let own = |level: f64| self.knobs.value(*knob, &knob.alone(level));
             let is_other = |level: &f64| known(*knob, level) && own(*level) != own(1.0);
-            let second = second.filter(|level| !levels.is_empty() && is_other(level));
+            let is_new = |level: &f64| !levels.is_empty() && !levels.contains(level);
+            let second = second.filter(|level| is_new(level) && is_other(level));
             levels.extend(second);
         }
         let explored = self.runs_of(&levels)?;
@@ -263,7 +267,13 @@ impl Tuning<'_> {
             }
             let ran = ran.iter().map(|(level, row, files)| (*level, *row, files));
             let ran = ran.chain([(0.0, &rows[0], &base)]).collect();
-            knobs.push(self.errors_of(ran, &floors));
+            let errors = self.errors_of(ran, &floors);
+            let is_exact = *knob == Knob::Modes && self.knobs.at(*knob, 1.0).is_none();
+            knobs.push(if is_exact {
+                errors.below_exact()
+            } else {
+                errors
+            });
         }
         Ok(Explored {
             model: ErrorModel {
