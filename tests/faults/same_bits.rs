@@ -37,6 +37,15 @@ fn threads_and_transport_change_no_bit() {
 }
 
 #[test]
+fn threads_and_transport_change_no_bit_of_modes() {
+    let modes = "participant.rail.config.reduced.modes=20";
+    let first = run(&[modes], "1");
+    assert_eq!(first, run(&[modes], "2"), "two threads");
+    let inside = run(&[modes, "run.transport=channel"], "1");
+    assert_eq!(first, inside, "in one process");
+}
+
+#[test]
 fn rolling_couples_have_the_same_bits_on_any_number_of_threads() {
     let sets = [
         "participant.third-body.config.sample.glued=false",

@@ -140,6 +140,21 @@ fn connected_and_separate_interfaces_resume() {
 }
 
 #[test]
+fn modes_below_two_layers_resume_in_the_middle_of_halved_windows() {
+    let sets = ["run.checkpoint_every_windows=3", "run.output.exchange=true"];
+    let scene = scene(&several::halved_modes(), &sets);
+    let (count, halved, _) = resume_from_all(&scene, "resume-halved-modes");
+    assert!(count > 5 && halved > 0, "{count} with {halved} halved");
+}
+
+#[test]
+fn the_modes_of_a_rail_resume() {
+    let sets = ["participant.rail.config.reduced.modes=20"];
+    let (count, _, _) = resume_from_all(&short_quick(&sets), "resume-modes");
+    assert!(count >= 2, "{count}");
+}
+
+#[test]
 fn a_plastic_rail_resumes() {
     let sets = [
         "participant.rail.config.material.kind=j2",

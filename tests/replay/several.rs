@@ -42,6 +42,23 @@ fn a_periodic_layer_its_rails_and_the_coupler_repeat_every_bit() {
     repeats_every_bit(&recording, &["lower", "third-body", "upper"]);
 }
 
+/// Two layers on the modes of one strip, in windows that are halved.
+pub(crate) fn halved_modes() -> String {
+    let policy = "tolerance_rel = 1e-10\nrepeats_max = 2\non_not_converged = \"halve\"\nmapping = \"linear\"";
+    scene::layers_between("reduced = { modes = 12 }", policy, 1e-5)
+}
+
+#[test]
+fn modes_below_two_layers_and_the_coupler_repeat_every_bit() {
+    let left = run_in_process(&halved_modes(), &["run.output.exchange=true"])
+        .expect("it is valid")
+        .completed();
+    assert!(left.number("coupling.halved_windows") > 0.0);
+    let recording =
+        recording(&left.scratch.path().join("exchange.mcap"), &[]).expect("it was closed");
+    repeats_every_bit(&recording, &["lower", "upper", "layer-0", "layer-1"]);
+}
+
 #[test]
 fn every_participant_of_every_group_and_the_coupler_repeat_every_bit() {
     let left = run_in_process(&scenario(), &[])

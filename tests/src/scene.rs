@@ -88,3 +88,55 @@ pub fn interface(
 pub fn glue(scheme: &str, substeps: u32, keys: &str) -> String {
     interface("glue", ["bar.end", "body.end"], scheme, substeps, keys)
 }
+
+/// Columns of three disks below or between strips, over these elements of a strip: base, grain and lid.
+pub fn columns_between(name: &str, elements: &[usize]) -> String {
+    let radius = 0.15e-3;
+    let disk = |element: usize, row: usize| {
+        let x = (element as f64 - 4.5) * SPACING_M;
+        let y = 2.0 * radius * row as f64;
+        let glued = ["glued = true", "glued = false", "glued = true, lid = true"][row];
+        format!("{{ x_m = {x:e}, y_m = {y:e}, radius_m = {radius:e}, {glued} }}")
+    };
+    let columns = elements.iter();
+    let disks: Vec<String> = columns
+        .flat_map(|at| [0, 1, 2].map(|row| disk(*at, row)))
+        .collect();
+    let keys = format!(
+        r#"
+density_kg_per_m3 = 7800.0
+law = {{ kind = "coulomb", friction = 0.3, contact_stiffness_pa = 1e11, tangential_stiffness_ratio = 1.0 }}
+solver = {{ kind = "nsgs", tolerance = 1e-11, max_iterations = 100000, min_iterations = 1 }}
+time = {{ pressure_pa = 1e6 }}
+sample = {{ kind = "disks", disks = [{}] }}
+"#,
+        disks.join(", ")
+    );
+    participant(name, "dem", &keys)
+}
+
+/// Two layers between a clamped strip and a pressed free one, on four interfaces with these keys.
+pub fn layers_between(lower: &str, policy: &str, end_s: f64) -> String {
+    let time = "time = { step_s = 5e-8, damping = 0.5, mass_damping_per_s = 6e5 }";
+    let pressed = format!("{time}\nboundary = {{ top = {{ pressure_pa = 100e6 }} }}");
+    let strips = [
+        strip(
+            "lower",
+            ["clamped", "fixed_x"],
+            2e-3,
+            &format!("{time}\n{lower}"),
+        ),
+        strip("upper", ["free", "fixed_x"], 2e-3, &pressed),
+    ];
+    let mut text = head("layers", 1e-3, &format!("end_s = {end_s:?}")) + &strips.concat();
+    for (index, elements) in [&[0, 1, 3][..], &[6, 7, 9]].into_iter().enumerate() {
+        let name = format!("layer-{index}");
+        text += &columns_between(&name, elements);
+        for (strip, of_layer) in [("lower.top", "base"), ("upper.bottom", "lid")] {
+            let between = [strip, &format!("{name}.{of_layer}")];
+            let joint = format!("{of_layer}-{index}");
+            text += &interface(&joint, between, "dual-schur", 4, policy);
+        }
+    }
+    text
+}

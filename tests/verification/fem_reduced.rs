@@ -85,6 +85,24 @@ fn all_modes_move_like_the_elements() {
     }
 }
 
+/// A periodic body has its modes in pairs of one frequency.
+#[test]
+fn all_modes_of_a_periodic_body_move_like_its_elements() {
+    let flat = json!({"mesh": {"periodic_x": true, "crown_radius_m": 0.0}});
+    let config = with(block(), flat);
+    let keys = json!({"reduced": {"modes": 1000, "near_m": 1.0}});
+    let (mut elements, mut modes) = (node(&config), reduced(&with(config, keys)));
+    let count = 2 * elements.couple("top").expect("a set").len();
+    modes.couple("top").expect("a set");
+    for index in 0..100 {
+        let (of_window, load) = (window(index, 10), force(count, index));
+        let (theirs, _) = go(&mut elements, &of_window, &load);
+        let (ours, _) = go(&mut modes, &of_window, &load);
+        let apart: Vec<f64> = theirs.iter().zip(&ours).map(|(a, b)| a - b).collect();
+        assert!(largest(&apart) <= 1e-9 * largest(&theirs), "window {index}");
+    }
+}
+
 #[test]
 fn a_constant_force_brings_the_body_to_its_equilibrium() {
     for (modes, near) in [
