@@ -177,6 +177,20 @@ mass_kg_per_m2 = 1.5
         along, up = (corners[:, k + 1] - corners[:, k] for k in (0, 1))
         self.assertGreater((along[:, 0] * up[:, 1] - along[:, 1] * up[:, 0]).min(), 0.0)
 
+    def test_modes_of_scikit_fem_carry_the_traction_of_the_built_in_ones(self):
+        # Modes of the package move exactly over a window: the built-in ones take 900 steps in it, without numerical damping.
+        rail = "participant.rail.config."
+        keys = {rail + "element": "q4_2x2", rail + "reduced.modes": 50, rail + "reduced.near_m": 1.0, rail + "time.damping": 0.5}
+        keys.update({rail + "time.step_s": 6.8e-10, "interface.layer-base.substeps": 900})
+        runs = [
+            thirdbody.run(scene, {"run.end_s": 9.1e-4, **own}, out=self.work / out, program=PROGRAM)
+            for scene, own, out in (("quick-bonded", keys, "own"), (ROOT / "scenarios/foreign/scikit-fem/modes.toml", {}, "modes"))
+        ]
+        self.assertEqual([run.status for run in runs], ["completed", "completed"], runs[1].warnings)
+        for column in ("pressure_pa", "shear_pa"):
+            own, other = (np.asarray(run.profile[column]) for run in runs)
+            self.assertLess(np.linalg.norm(own - other), 1e-6 * np.linalg.norm(own), column)
+
     def test_a_study_is_read_run_by_run(self):
         text = (
             '[study]\nname = "s"\nscenario = "layer-alone"\nset = ["participant.third-body.config.wheel.cycles=0.0"]\n'
