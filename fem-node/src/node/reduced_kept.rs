@@ -1,4 +1,4 @@
-//! Modes and surfaces of a reduced body, kept for later runs ([`kit::kept`]).
+//! Modes, surfaces and windows of a reduced body, kept for later runs ([`kit::kept`]).
 
 use std::io::Write;
 use std::path::PathBuf;
