@@ -327,8 +327,8 @@ impl Cycling {
 impl CycleRecord {
     fn results(&self, per_cycle: usize) -> Vec<(&'static str, f64)> {
         let mut results = Vec::new();
-        let ends = (0..self.path.len()).step_by(per_cycle);
-        if let Some(end) = ends.last().filter(|end| *end > 0) {
+        let mut ends = (0..self.path.len()).step_by(per_cycle);
+        if let Some(end) = ends.next_back().filter(|end| *end > 0) {
             let last = &self.path[end - per_cycle..=end];
             results.push(("loop_area_j", loop_area(last)));
         }
