@@ -432,6 +432,10 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
         warnings.push("time.safety: has no effect on a step in seconds".into());
     }
     let elastic = config.material.law() == MaterialKind::Elastic;
+    let cycles = config
+        .wheel
+        .as_ref()
+        .is_some_and(|wheel| wheel.cycles > 0.0);
     let of_wheels = ["wheel_force_rel", "contact_reach_rel", "contact_resolution"];
     warnings.extend(config.plausible.idle(&[
         (
@@ -441,6 +445,7 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
         ),
         (elastic, "on an elastic material", &["plastic_element"]),
         (config.wheel.is_none(), "without a wheel", &of_wheels),
+        (!cycles, "without cycles of a wheel", &["cycle_drift_rel"]),
     ]));
     let unused = config.unused_keys();
     if !unused.is_empty() {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use dem_kernel::bodies::Bodies;
+use dem_kernel::bodies::faces::Face;
 use dem_kernel::contact::bond;
 use dem_kernel::contact::boundary::CompliantBoundary;
 use dem_kernel::solver::acceleration::FIRST_TURNS;
@@ -388,8 +389,54 @@ fn idle_bounds(config: &DemConfig, bodies: &Bodies) -> Vec<String> {
         "contact_width_rel",
     ];
     let bonded = bodies.any_law(|law| law.cohesion.is_some());
+    let sprung = bodies.law.springs.is_some();
+    let cycles = config
+        .wheel
+        .as_ref()
+        .is_some_and(|wheel| wheel.cycles > 0.0);
+    let segments = bodies
+        .walls
+        .iter()
+        .any(|wall| matches!(wall.face, Face::Segment(_)));
     config.plausible.idle(&[
         (config.wheel.is_none(), "without a wheel", &of_wheels),
+        (!cycles, "without cycles of a wheel", &["cycle_drift_rel"]),
+        (
+            config.wheel.is_none() || bodies.glued() == 0 || !bodies.walls.is_empty(),
+            "without a wheel over glued disks alone",
+            &["boundary_force_rel"],
+        ),
+        (
+            bodies.glued() == 0 || bodies.walls.is_empty(),
+            "without glued disks beside walls",
+            &["glued_behind_wall_rel"],
+        ),
+        (!segments, "without a wall of points", &["behind_wall_rel"]),
+        (
+            !sprung,
+            "without law.contact_stiffness_pa",
+            &["overlap_rel"],
+        ),
+        (
+            sprung,
+            "with law.contact_stiffness_pa",
+            &["overlap_rigid_rel"],
+        ),
+        (
+            !bodies.is_elastic(),
+            "without springs, bonds or attraction",
+            &["detection_rel"],
+        ),
+        (
+            !bodies.any_law(|law| law.springs.is_none()),
+            "without rigid contacts",
+            &["impact_energy_rel"],
+        ),
+        (
+            config.mass_scale == 1.0,
+            "with real masses",
+            &["added_inertia_rel"],
+        ),
         (
             !bonded,
             "without bonds",

@@ -23,8 +23,8 @@ kit::results! {
     /// - `contact_half_width_m`: Half width of the contact at the end of the hold, where a straight
     ///   line through p² over x² is zero.
     /// # Forces and places of sets
-    /// - `<set>_reaction_x_n`: Force along x that the moved set exerts on its body, at the end.
-    /// - `<set>_reaction_y_n`: Force along y that the moved set exerts on its body, at the end.
+    /// - `<set>_reaction_x_n`: Force along x that the moved set exerts on the rest of its body, at the end.
+    /// - `<set>_reaction_y_n`: Force along y that the moved set exerts on the rest of its body, at the end.
     /// # Signals
     /// - `interface_force_x_n`: Force along x on the coupled surfaces of a participant.
     /// - `interface_force_y_n`: Force along y on the coupled surfaces of a participant.

@@ -8,7 +8,7 @@ kit::results! {
     /// # Signals of the ledger
     /// - `interface_work_j`: Work of the interface on the body, since the start.
     /// - `applied_work_j`: Work of loads and tractions on the body, since the start.
-    /// - `drive_work_j`: Work of prescribed motions of the body, since the start.
+    /// - `drive_work_j`: Work of prescribed motions of the body since the start, without the mass of the moved nodes.
     /// - `strain_j`: Change of the strain energy of the body since the start.
     /// - `numerical_loss_j`: Energy that the time scheme of the body took since the start.
     /// - `mass_damping_j`: Energy dissipated by mass damping since the start.

@@ -79,6 +79,18 @@ pub fn check(loaded: &Loaded, registry: &Registry, threads: usize) -> Result<Vec
     Ok(warnings)
 }
 
+/// Bounds of `run.plausible` on interfaces.
+const OF_INTERFACES: [&str; 8] = [
+    "gap_rel",
+    "interface_energy_rel",
+    "interface_work_rel",
+    "force_balance_rel",
+    "surface_offset_rel",
+    "surface_distance_rel",
+    "point_spacing_rel",
+    "point_hole_rel",
+];
+
 /// Keys that belong to another kind of run.
 fn unused(loaded: &Loaded) -> Vec<Warning> {
     let (scenario, output) = (&loaded.scenario, &loaded.scenario.run.output);
@@ -107,7 +119,7 @@ fn unused(loaded: &Loaded) -> Vec<Warning> {
         let when = "without a participant over `zenoh`";
         (key.to_string(), !elsewhere, when)
     }));
-    keys.extend(["gap_rel", "interface_energy_rel"].map(|bound| {
+    keys.extend(OF_INTERFACES.map(|bound| {
         let key = format!("run.plausible.{bound}");
         (key, !coupled, "without an interface")
     }));
