@@ -291,7 +291,7 @@ fn impossible_motions_over_time_are_refused_by_their_key() {
         (
             json!({"motion_table": [[0.0, 0.0, 0.0], [1.0, 1e-6, 0.0], [1.0, 0.0, 0.0]]}),
             ".motion_table",
-            "entry 2 is at 1e0 s",
+            "entry 2 is at 1e0, not after",
         ),
         (
             json!({"motion_table": [[0.0, 1e-6, 0.0], [1.0, 1e-6, 0.0]]}),

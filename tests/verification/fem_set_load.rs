@@ -257,7 +257,7 @@ fn impossible_loads_over_time_are_refused_by_their_key() {
         (
             changed(json!({"load_table": [[0.0, 1.0], [0.0, 2.0]]})),
             ".load_table",
-            "entry 1 is at 0e0 s",
+            "entry 1 is at 0e0, not after",
         ),
         (
             changed(json!({"traction_pa": [0.0, 1.0]})),
