@@ -2,8 +2,10 @@
 //! boundary compliance that the motion-driven ones get from it: W_g = N C N^T / H^2.
 
 use std::collections::BTreeMap;
+use std::mem;
+use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorView};
 use protocol::Window;
 use serde::{Deserialize, Serialize};
 
@@ -23,10 +25,44 @@ pub struct Compliance {
     pub state: ComplianceState,
 }
 
+/// C of one participant (m/N), and for each column the rows outside of which it is zero.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Block {
+    matrix: DMatrix<f64>,
+    bands: Vec<Range<usize>>,
+}
+
+impl Block {
+    fn new(matrix: DMatrix<f64>) -> Block {
+        let band = |column: DVectorView<f64>| {
+            let first = column.iter().position(|c| *c != 0.0).unwrap_or(0);
+            let end = column.iter().rposition(|c| *c != 0.0);
+            first..end.map_or(first, |last| last + 1)
+        };
+        let bands = matrix.column_iter().map(band).collect();
+        Block { matrix, bands }
+    }
+
+    /// Adds the motion of the components `rows` (m) under forces (N) on the components from `first` on.
+    fn add_motion(&self, rows: &Range<usize>, motion: &mut [f64], first: usize, forces: &[f64]) {
+        for (j, force) in (first..).zip(forces) {
+            let band = &self.bands[j];
+            let (start, end) = (band.start.max(rows.start), band.end.min(rows.end));
+            if start < end {
+                let column = &self.matrix.as_slice()[j * self.matrix.nrows()..][start..end];
+                let moved = &mut motion[start - rows.start..end - rows.start];
+                for (u, c) in moved.iter_mut().zip(column) {
+                    *u += force * c;
+                }
+            }
+        }
+    }
+}
+
 /// The part of a compliance that a checkpoint stores.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ComplianceState {
-    by_substeps: BTreeMap<u32, Vec<DMatrix<f64>>>,
+    by_substeps: BTreeMap<u32, Vec<Block>>,
     /// Substeps of the window that the boundaries were last set for; `None` if C has changed since.
     told: Option<u32>,
 }
@@ -39,7 +75,7 @@ impl ComplianceState {
         all.all(|blocks| {
             blocks
                 .iter()
-                .map(DMatrix::shape)
+                .map(|block| block.matrix.shape())
                 .eq(sizes().map(|n| (n, n)))
         })
     }
@@ -65,9 +101,9 @@ impl Compliance {
         let mut start = 0;
         let mut product = Vec::with_capacity(lambda.len());
         for block in &self.state.by_substeps[&substeps] {
-            let part = &lambda[start..start + block.nrows()];
-            product.extend((block * DVector::from_column_slice(part)).iter());
-            start += block.nrows();
+            let part = &lambda[start..start + block.matrix.nrows()];
+            product.extend((&block.matrix * DVector::from_column_slice(part)).iter());
+            start += part.len();
         }
         product
     }
@@ -85,11 +121,9 @@ impl Compliance {
             for pushed in group.patches.iter().filter(of_both) {
                 let first = 2 * group.force_driven[moved.force_driven].range.start;
                 let [rows, columns] = [moved, pushed].map(|patch| components(&patch.nodes));
-                let start = (rows.start - first, columns.start - first);
-                let part = blocks[moved.force_driven].view(start, (rows.len(), columns.len()));
-                let part = part * DVector::from_column_slice(&lambda[columns]);
-                let sums = motion[rows].iter_mut().zip(&part);
-                sums.for_each(|(sum, part)| *sum += part);
+                let own = rows.start - first..rows.end - first;
+                let (pushed, forces) = (columns.start - first, &lambda[columns]);
+                blocks[moved.force_driven].add_motion(&own, &mut motion[rows], pushed, forces);
             }
         }
         motion
@@ -98,8 +132,8 @@ impl Compliance {
     /// The components that a force moves in windows of these substeps.
     pub fn moves(&self, substeps: u32) -> Vec<bool> {
         let blocks = self.state.by_substeps[&substeps].iter();
-        let blocks = blocks.flat_map(|block| (0..block.nrows()).map(|i| block[(i, i)] != 0.0));
-        blocks.collect()
+        let diagonals = blocks.flat_map(|block| block.matrix.diagonal().data.as_vec().clone());
+        diagonals.map(|c| c != 0.0).collect()
     }
 
     /// C (m/N) of each continuum in a full window; `None` unless C is made of the continua's own columns.
@@ -114,7 +148,9 @@ impl Compliance {
         let window = group.clock.window(0, 0, group.clock.substeps);
         self.prepare(participants, group, &window)?;
         let blocks = self.state.by_substeps[&window.substeps].iter();
-        Ok(Some(blocks.map(|block| block / self.factor).collect()))
+        Ok(Some(
+            blocks.map(|block| &block.matrix / self.factor).collect(),
+        ))
     }
 
     /// Makes C for this window and sets the boundaries for it, unless both are ready.
@@ -130,7 +166,7 @@ impl Compliance {
             let mut blocks = Vec::new();
             for side in &group.force_driven {
                 let matrix = self.source.matrix(participants, group, side, window)?;
-                blocks.push(matrix * self.factor);
+                blocks.push(Block::new(matrix * self.factor));
             }
             self.state.by_substeps.insert(window.substeps, blocks);
         }
@@ -180,9 +216,10 @@ impl Compliance {
         };
         let mut start = 0;
         for block in blocks {
-            let part = start..start + block.nrows();
+            let part = start..start + block.matrix.nrows();
             start = part.end;
-            if update(block, &s[part.clone()], &y[part]) {
+            if update(&mut block.matrix, &s[part.clone()], &y[part]) {
+                *block = Block::new(mem::take(&mut block.matrix));
                 self.state.told = None;
             }
         }
@@ -208,11 +245,11 @@ fn update(matrix: &mut DMatrix<f64>, s: &[f64], y: &[f64]) -> bool {
 
 /// N C N^T of one motion-driven participant (m/N), 2 points x 2 points. It leaves out the action of other participants'
 /// points on the same continuum: that part converges over the repeats.
-fn condensed(group: &Group, side: &Side, blocks: &[DMatrix<f64>]) -> DMatrix<f64> {
+fn condensed(group: &Group, side: &Side, blocks: &[Block]) -> DMatrix<f64> {
     let continua = group.force_driven.iter().zip(blocks);
     let parts = continua.map(|(continuum, block)| {
         let own = group.mapping.block(&side.range, &continuum.range);
-        own.condense(block)
+        own.condense(&block.matrix)
     });
     parts
         .reduce(|whole, part| whole + part)
@@ -229,7 +266,7 @@ mod tests {
         compliance
             .state
             .by_substeps
-            .insert(5, vec![DMatrix::identity(4, 4) * 0.3]);
+            .insert(5, vec![Block::new(DMatrix::identity(4, 4) * 0.3)]);
         let truth = DMatrix::from_fn(4, 4, |i, j| if i == j { 2.0 } else { 0.5 });
         for s in [
             [1.0, 0.0, 0.0, 0.0],
@@ -241,7 +278,7 @@ mod tests {
             let carried = DVector::from_vec(compliance.times(5, &s));
             assert!((carried - &y).amax() < 1e-12);
         }
-        let matrix = &compliance.state.by_substeps[&5][0];
+        let matrix = &compliance.state.by_substeps[&5][0].matrix;
         assert!((matrix - matrix.transpose()).amax() < 1e-14);
         assert!(matrix.clone().symmetric_eigen().eigenvalues.min() > 0.0);
     }
@@ -249,7 +286,7 @@ mod tests {
     #[test]
     fn a_pair_without_positive_curvature_changes_nothing() {
         let mut compliance = Compliance::new(ComplianceSource::Mass, 1.0);
-        let identity = vec![DMatrix::identity(2, 2)];
+        let identity = vec![Block::new(DMatrix::identity(2, 2))];
         compliance.state.by_substeps.insert(1, identity.clone());
         compliance.update(1, &[1.0, 0.0], &[-1.0, 0.0]);
         assert_eq!(compliance.state.by_substeps[&1], identity);

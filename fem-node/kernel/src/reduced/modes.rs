@@ -286,19 +286,23 @@ const LANES: usize = 8;
 
 /// Sum of products, in an order that no processor changes.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    vectorised!(dot_within(a, b))
+}
+
+/// [`dot`] within a pass that is vectorised.
+#[inline(always)]
+pub(crate) fn dot_within(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; LANES];
-    vectorised!({
-        let (a, a_rest) = a.as_chunks::<LANES>();
-        let (b, b_rest) = b.as_chunks::<LANES>();
-        for (a, b) in a.iter().zip(b) {
-            for k in 0..LANES {
-                sums[k] += a[k] * b[k];
-            }
+    let (a, a_rest) = a.as_chunks::<LANES>();
+    let (b, b_rest) = b.as_chunks::<LANES>();
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..LANES {
+            sums[k] += a[k] * b[k];
         }
-        for (k, (a, b)) in a_rest.iter().zip(b_rest).enumerate() {
-            sums[k] += a * b;
-        }
-    });
+    }
+    for (k, (a, b)) in a_rest.iter().zip(b_rest).enumerate() {
+        sums[k] += a * b;
+    }
     sums.iter().sum()
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 
-use super::modes::add_columns;
+use super::modes::dot_within;
 use crate::pack::vectorised;
 
 /// Largest spectral radius of C_near^-1 C_far: a change of force of one window comes back halved in the next.
@@ -24,7 +24,7 @@ pub enum NearChoice {
     Exactly(f64),
 }
 
-/// A compliance C = C_near + C_far (m/N), both symmetric and column-major.
+/// A compliance C = C_near + C_far (m/N), both symmetric and column after column.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct NearField {
     /// Distance within which a component belongs to C_near (m).
@@ -33,9 +33,52 @@ pub struct NearField {
     pub radius: f64,
     /// C_near.
     pub near: Vec<f64>,
-    far: Vec<f64>,
-    /// Rows of each column of C_near outside of which it is zero.
+    /// The same, and C_far.
+    parts: [SymmetricMatrix; 2],
+}
+
+/// A symmetric matrix that is zero far from its diagonal, or near to it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct SymmetricMatrix {
+    diagonal: Vec<f64>,
+    /// Rows below the diagonal outside of which each column is zero.
     bands: Vec<[usize; 2]>,
+    /// The numbers of these rows, column after column. To read the matrix costs more than to multiply by it: half of it is read.
+    below: Vec<f64>,
+}
+
+impl SymmetricMatrix {
+    fn new(matrix: &DMatrix<f64>) -> SymmetricMatrix {
+        let band = |j: usize| {
+            let mut rows = j + 1..matrix.nrows();
+            let is_there = |i: &usize| matrix[(*i, j)] != 0.0;
+            let first = rows.clone().find(is_there).unwrap_or(0);
+            [first, rows.rfind(is_there).map_or(first, |last| last + 1)]
+        };
+        let bands: Vec<[usize; 2]> = (0..matrix.ncols()).map(band).collect();
+        let rows = bands.iter().enumerate();
+        let below = rows.flat_map(|(j, [first, end])| (*first..*end).map(move |i| matrix[(i, j)]));
+        SymmetricMatrix {
+            diagonal: matrix.diagonal().as_slice().to_vec(),
+            below: below.collect(),
+            bands,
+        }
+    }
+
+    /// Adds its product with the forces to the displacements.
+    fn add(&self, force: &[f64], displacement: &mut [f64]) {
+        let mut rest = self.below.as_slice();
+        vectorised!({
+            for (j, [first, end]) in self.bands.iter().enumerate() {
+                let (column, after) = rest.split_at(end - first);
+                rest = after;
+                let rows = displacement[*first..*end].iter_mut();
+                rows.zip(column).for_each(|(u, c)| *u += force[j] * c);
+                displacement[j] +=
+                    self.diagonal[j] * force[j] + dot_within(column, &force[*first..*end]);
+            }
+        });
+    }
 }
 
 impl NearField {
@@ -52,8 +95,7 @@ impl NearField {
         };
         loop {
             let field = NearField::split(compliance, &distances, reach);
-            let is_whole = field.far.iter().all(|c| *c == 0.0);
-            if field.is_stable() || is_whole || matches!(choice, NearChoice::Exactly(_)) {
+            if field.is_stable() || matches!(choice, NearChoice::Exactly(_)) {
                 return field;
             }
             reach *= GROWTH;
@@ -66,46 +108,28 @@ impl NearField {
     }
 
     fn split(compliance: &DMatrix<f64>, distances: &DMatrix<f64>, reach: f64) -> NearField {
-        let n = compliance.nrows();
         let part = |wanted: bool| {
             let is_part = |distance: f64| (distance <= reach) == wanted;
             compliance.zip_map(distances, |c, at| if is_part(at) { c } else { 0.0 })
         };
         let [near, far] = [true, false].map(part);
-        let band = |j: usize| {
-            let first = (0..n).find(|i| near[(*i, j)] != 0.0).unwrap_or(j);
-            let last = (0..n).rfind(|i| near[(*i, j)] != 0.0).unwrap_or(j);
-            [first, last + 1]
-        };
         NearField {
             reach,
             radius: spectral_radius(&near, &far),
-            bands: (0..n).map(band).collect(),
+            parts: [&near, &far].map(SymmetricMatrix::new),
             near: near.as_slice().to_vec(),
-            far: far.as_slice().to_vec(),
         }
     }
 
     /// Adds C_near f to the displacements.
     pub(crate) fn add_near(&self, force: &[f64], displacement: &mut [f64]) {
-        let columns = self.near.chunks_exact(force.len().max(1));
-        vectorised!({
-            for ((column, [first, end]), f) in columns.zip(&self.bands).zip(force) {
-                let rows = displacement[*first..*end].iter_mut();
-                for (u, c) in rows.zip(&column[*first..*end]) {
-                    *u += f * c;
-                }
-            }
-        });
+        self.parts[0].add(force, displacement);
     }
 
     /// C_far f (m).
     pub(crate) fn far(&self, force: &[f64]) -> Vec<f64> {
         let mut moved = vec![0.0; force.len()];
-        if self.radius > 0.0 {
-            let columns = (self.far.as_slice(), force.len(), 0);
-            add_columns(&mut moved, columns, force.iter().copied());
-        }
+        self.parts[1].add(force, &mut moved);
         moved
     }
 }
