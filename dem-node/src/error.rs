@@ -34,11 +34,10 @@ pub enum DemError {
     )]
     NotJammed { coordination: f64, needed: f64 },
     #[error(
-        "disks {a} and {b} overlap by {overlap_m:e} m, {relative:.3} of the smaller radius, and the contacts are rigid: move them apart or give law.contact_stiffness_pa"
+        "{pair} overlap by {overlap_m:e} m, {relative:.3} of the smaller radius, and the contacts are rigid: move them apart or give law.contact_stiffness_pa"
     )]
     Overlap {
-        a: usize,
-        b: usize,
+        pair: String,
         overlap_m: f64,
         relative: f64,
     },

@@ -290,9 +290,13 @@ pub fn refuse_rigid_overlaps(bodies: &Bodies, state: &GrainState) -> Result<(), 
         let smaller = bodies.radii[a].min(bodies.radii.get(b).copied().unwrap_or(f64::INFINITY));
         let gap = positions.proximity(a, b).gap;
         if gap < -RIGID_OVERLAP * smaller {
+            let pair = match bodies.wall_of(b) {
+                _ if b < bodies.radii.len() => format!("disks {a} and {b}"),
+                Some(_) => format!("disk {a} and a wall"),
+                None => format!("disk {a} and the wheel or a surface"),
+            };
             return Err(DemError::Overlap {
-                a,
-                b,
+                pair,
                 overlap_m: -gap,
                 relative: -gap / smaller,
             });

@@ -460,8 +460,13 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
         ("mesh.depth_rows", mesh.ratio_rows),
     ] {
         if ratio > RATIO_MAX {
+            let effect = if dynamic {
+                "will reflect waves"
+            } else {
+                "the outer elements err"
+            };
             warnings.push(format!(
-                "{key}: sizes grow {ratio:.2}-fold from one element to the next and will reflect waves; take more of them"
+                "{key}: sizes grow {ratio:.2}-fold from one element to the next and {effect}; take more of them"
             ));
         }
     }

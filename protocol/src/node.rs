@@ -318,6 +318,8 @@ pub enum Role {
     Stored,
     /// Energy dissipated, D.
     Dissipated,
+    /// No part of the balance: while no other term reaches it, all are rounding.
+    Rounding,
 }
 
 /// The points of a coupled set, one entry of each vector per point.

@@ -134,6 +134,7 @@ impl Report {
                     work += value.abs();
                 }
                 Role::Stored | Role::Dissipated => balance -= value,
+                Role::Rounding => {}
             }
         }
         balance.abs() / scale.max(work)

@@ -227,20 +227,28 @@ pub struct EnergySums {
 }
 
 impl EnergySums {
-    /// Sums these values of these terms.
+    /// Sums these values of these terms; all sums are 0 while the terms are rounding.
     pub fn of(terms: &[Term], values: &[f64]) -> EnergySums {
-        let mut sums = EnergySums::default();
+        let (mut sums, mut largest, mut noise) = (EnergySums::default(), 0.0, 0.0);
         for (term, value) in terms.iter().zip(values) {
             let (sum, size) = match term.role {
                 Role::Work => (&mut sums.work_j, &mut sums.work_size_j),
                 Role::InterfaceWork => (&mut sums.through_j, &mut sums.through_size_j),
                 Role::Stored | Role::Dissipated => (&mut sums.kept_j, &mut sums.kept_size_j),
+                Role::Rounding => {
+                    noise = *value;
+                    continue;
+                }
             };
             *sum += value;
             *size += value.abs();
+            largest = larger(largest, value.abs());
             if term.role == Role::Dissipated {
                 sums.dissipated_j += value;
             }
+        }
+        if largest < noise {
+            return EnergySums::default();
         }
         sums
     }
@@ -296,6 +304,22 @@ mod tests {
             name: name.into(),
             role,
         }
+    }
+
+    /// Terms of 1e-15 J and 2e-15 J balance to nothing, but are below the rounding of 1e-14 J.
+    #[test]
+    fn terms_below_their_rounding_are_not_judged() {
+        let terms = [
+            term("weight", Role::Work),
+            term("kinetic", Role::Stored),
+            term("rounding", Role::Rounding),
+        ];
+        let balance = |scale: f64| {
+            let values = [scale * 1e-15, scale * -2e-15, 1e-14];
+            EnergySums::of(&terms, &values).balance_rel()
+        };
+        assert_eq!(balance(1.0), 0.0);
+        assert!((balance(10.0) - 3.0).abs() < 1e-12);
     }
 
     /// Two points push down with 3 N and 1 N, but their node gets 3 N down and 0.5 N to the right: of 4 N, 1 N and 0.5

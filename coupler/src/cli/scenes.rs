@@ -11,7 +11,7 @@ use scenes::listing::{Listed, listing};
 /// Arguments of `scenes`.
 #[derive(Debug, clap::Args)]
 pub struct ScenesArguments {
-    /// List only entries with this tag: fem, dem, coupled, foreign, bonds, wear, wheel, plasticity, periodic, static, study.
+    /// List only entries with this tag: fem, dem, coupled, foreign, bonds, wear, wheel, rolling, plasticity, periodic, static, study.
     tag: Option<String>,
     /// Print JSON.
     #[arg(long)]

@@ -43,6 +43,9 @@ pub struct Forecast {
     pub memory_bytes: u64,
     /// Columns of the signals.
     signals: Vec<String>,
+    /// First instant of the signals (s), if the dry run came so far.
+    #[serde(default)]
+    start_s: Option<f64>,
     /// End of the simulated time (s), if the dry run got to know it.
     end_s: Option<f64>,
 }
@@ -90,6 +93,7 @@ impl Forecast {
             task: task.id.clone(),
             wall_s: prediction.map_or(0.0, |prediction| prediction.wall_high_s),
             memory_bytes: prediction.map_or(0, |prediction| prediction.memory_bytes),
+            start_s: signals.get("t_s").and_then(|t| t.first().copied()),
             signals: signals.columns.into_iter().map(|(name, _)| name).collect(),
             end_s: ended.summary.end_s,
         };
@@ -115,12 +119,11 @@ impl Forecast {
         let surface_m = Knobs::of(&task.loaded).surface_m();
         for measure in measures {
             let (name, end_s) = (&measure.name, self.end_s.unwrap_or(f64::INFINITY));
-            if let Some(at_s) = measure
-                .at_s
-                .filter(|at_s| !(0.0..=end_s * (1.0 + 1e-9)).contains(at_s))
-            {
+            let start_s = self.start_s.unwrap_or(0.0);
+            let instants = start_s * (1.0 - 1e-9)..=end_s * (1.0 + 1e-9);
+            if let Some(at_s) = measure.at_s.filter(|at_s| !instants.contains(at_s)) {
                 return Err(format!(
-                    "measure `{name}`: at_s = {at_s:e} is no instant of the run, which ends at {end_s:.4e} s"
+                    "measure `{name}`: at_s = {at_s:e} is no instant of the run, which ends at {end_s:.4e} s and has its first signals at {start_s:.4e} s"
                 ));
             }
             if let Some((bin_m, length)) = measure.bin_m.zip(surface_m) {

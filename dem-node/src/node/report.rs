@@ -76,8 +76,9 @@ impl Dem {
         signals
     }
 
-    /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J). While all terms are noise, grains
-    /// alone have had no motion, and the terms are 0.
+    /// The energy balance: names, roles and values of its terms, with the energies stored since the start (J). Grains alone may be at rest, with
+    /// terms that are noise: then they are 0 where the grains have a boundary, and elsewhere the bound stands beside them. With a boundary the names
+    /// must not depend on whether an interface joins it.
     fn ledger(&self, stored: [f64; 5]) -> impl Iterator<Item = (&'static str, Role, f64)> {
         let (ledger, bodies) = (&self.progress.state.ledger, &self.bodies);
         let clusters = &bodies.clusters;
@@ -108,16 +109,17 @@ impl Dem {
         let mut terms = ledger.terms([kinetic, normal, tangential, bonds]).to_vec();
         terms.extend(some.map(|(_, term)| term));
         let start = self.initial_energy[0];
-        let happens = || {
+        if self.interface.disks.is_empty() {
             let rounding = self.progress.steps as f64 * self.progress.state.rounding(bodies);
             let noise = bodies.noise(0.0, start) + rounding;
-            let is_noise = |value: f64| value.abs() < noise;
-            !terms.iter().all(|(.., value)| is_noise(*value))
-        };
-        let coupled = !self.interface.disks.is_empty();
-        let shown = f64::from(u8::from(coupled || happens()));
-        let terms = terms.into_iter();
-        terms.map(move |(name, role, value)| (name, role, shown * value))
+            let is_noise = |(.., value): &(_, _, f64)| value.abs() < noise;
+            if bodies.boundary_points() == 0 {
+                terms.push(("rounding", Role::Rounding, noise));
+            } else if terms.iter().all(is_noise) {
+                terms.iter_mut().for_each(|(.., value)| *value = 0.0);
+            }
+        }
+        terms.into_iter()
     }
 
     pub(super) fn ledger_terms(&self) -> Vec<Term> {

@@ -47,7 +47,7 @@ pub enum KernelError {
     },
     /// A law of contact is violated after an increment.
     #[error(
-        "increment {increment} of the static contact (load {load_n:?} N, sideways {lateral_m:?} m, friction {friction:?}): after {iterations} rounds a law of contact is still violated by {violation_n:.3e} N; lower statics.increment_n, or lower contact.friction"
+        "increment {increment} of the static contact (load {load_n:?} N, sideways {lateral_m:?} m, friction {friction:?}): after {iterations} rounds a law of contact is still violated by {violation_n:.3e} N; lower statics.increment_n (of a wheel that rolls, its creepage), or lower contact.friction"
     )]
     ContactNotConverged {
         /// Increment of the load or of the motion.

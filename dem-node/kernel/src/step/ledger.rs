@@ -32,6 +32,7 @@ kit::results! {
     /// - `numerical_j`: Energy dissipated by the time scheme of the grains since the start.
     /// - `detection_j`: Energy of springs and bonds lost by detection between two steps, since the start.
     /// - `repair_j`: Work of load and weight in repairs of overlaps since the start.
+    /// - `rounding_j`: Energy below which the terms of grains alone are rounding. It is no part of the balance.
 }
 
 /// Work and losses since the start (J).
