@@ -5,6 +5,7 @@
 //! - [`solver`]: the key `solver`;
 //! - [`radii`], [`fill`], [`drive`], [`disks`], [`mod@file`], [`layer`], [`rail`], [`sample`]: the key `sample` and its three kinds;
 //! - [`wheel`]: the key `wheel`;
+//! - [`heat`]: the key `heat`;
 //! - [`flow`], [`injection`], [`detachment`], [`profile`], [`stress`]: what is fed, measured and checked.
 
 pub mod detachment;
@@ -13,6 +14,7 @@ pub mod drive;
 pub mod file;
 pub mod fill;
 pub mod flow;
+pub mod heat;
 pub mod injection;
 pub mod law;
 pub mod layer;
@@ -37,6 +39,7 @@ use serde::Deserialize;
 use dem_kernel::bodies::pairs::{GRAINS, ROWS, WHEEL};
 use detachment::DetachmentConfig;
 use flow::FlowConfig;
+use heat::HeatConfig;
 use injection::InjectionConfig;
 use kit::table::last_change;
 use kit::wheel::{WheelProgram, moments};
@@ -87,6 +90,8 @@ pub struct DemConfig {
     pub injection: Option<InjectionConfig>,
     /// Steel that comes off bare surfaces as grains; none when absent.
     pub detachment: Option<DetachmentConfig>,
+    /// Temperatures of the grains; they have none when absent.
+    pub heat: Option<HeatConfig>,
     /// Seed of random displacements of the free grains, each by up to 1e-12 of its radius: a result that then differs from the run without them
     /// differs by noise. Nothing is displaced when absent.
     pub perturb_seed: Option<u64>,
@@ -238,6 +243,11 @@ impl DemConfig {
             let (injection, gravity) = (self.injection.as_ref(), self.gravity_m_per_s2);
             detachment.validate(&self.law, &self.sample, injection, gravity)?;
         }
+        if let Some(heat) = &self.heat {
+            let lateral = self.flow.is_some_and(|flow| flow.lateral.is_some());
+            let fed = self.injection.is_some() || self.detachment.is_some();
+            heat.validate(fed || lateral, &self.groups())?;
+        }
         self.validate_drive()?;
         self.validate_together()?;
         self.validate_pairs()?;
@@ -253,19 +263,24 @@ impl DemConfig {
         }
     }
 
-    /// Refuses pairs that the scene does not have.
-    fn validate_pairs(&self) -> Result<(), ConfigError> {
+    /// Names of the bodies of the scene, grains first.
+    fn groups(&self) -> Vec<&str> {
         let mut groups = vec![GRAINS];
         groups.extend(self.wheel.as_ref().map(|_| WHEEL));
         match &self.sample {
-            SampleConfig::Disks(sample) => {
-                sample.validate_names()?;
-                groups.extend(sample.groups());
-            }
+            SampleConfig::Disks(sample) => groups.extend(sample.groups()),
             SampleConfig::Layer(layer) => groups.extend(&ROWS[..1 + usize::from(layer.lid)]),
             SampleConfig::Rail(_) => groups.extend(&ROWS[..1]),
         }
-        self.law.validate_pairs(&groups)?;
+        groups
+    }
+
+    /// Refuses pairs that the scene does not have.
+    fn validate_pairs(&self) -> Result<(), ConfigError> {
+        if let SampleConfig::Disks(sample) = &self.sample {
+            sample.validate_names()?;
+        }
+        self.law.validate_pairs(&self.groups())?;
         self.refuse_idle_pairs()
     }
 

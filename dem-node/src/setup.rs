@@ -99,6 +99,10 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
         prescribed_velocity: None,
         law: law(&config.law, thickness),
         pairs: pairs(config, thickness, sample),
+        heat: config.heat.as_ref().map(|heat| {
+            let names = body_names(config, sample, None);
+            heat.law(thickness, &names)
+        }),
         alert: ranges.fold(ALERT * smallest, f64::max),
         // The first list must hold all pairs that are bonded.
         skin: (SKIN * smallest).max(config.law.alert_m.unwrap_or(0.0)),
@@ -156,14 +160,30 @@ fn source(
     }
 }
 
-/// The laws by pair of the scene.
-fn pairs(config: &DemConfig, thickness: f64, sample: &Sample) -> Pairs {
+/// The name of each body: grains, clusters, rows, the wheel, walls, and segments of surfaces as `surface` or as the row that they belong to.
+fn body_names(config: &DemConfig, sample: &Sample, surface: Option<&str>) -> Vec<String> {
     let mut names = vec![GRAINS.to_string(); sample.free.len()];
     for cluster in &sample.clusters {
         for disk in &cluster.disks {
             names[*disk].clone_from(&cluster.name);
         }
     }
+    let base = sample.glued.len() - sample.lid;
+    let glued = (0..sample.glued.len()).map(|i| ROWS[usize::from(i >= base)].to_string());
+    names.extend(glued);
+    let parts = sample.face.len() + usize::from(config.wheel.is_some());
+    names.extend(std::iter::repeat_n(WHEEL.to_string(), parts));
+    names.extend(sample.wall_names.iter().cloned());
+    let segments = (0..sample.surface.segments()).map(|segment| {
+        let above = sample.surface.is_above(segment, [sample.glued.len(), base]);
+        surface.unwrap_or(ROWS[usize::from(above)])
+    });
+    names.extend(segments.map(String::from));
+    names
+}
+
+/// The laws by pair of the scene.
+fn pairs(config: &DemConfig, thickness: f64, sample: &Sample) -> Pairs {
     let listed = config.law.pairs.iter();
     let mut laws: Vec<([String; 2], LawConfig)> = listed
         .map(|pair| (pair.between.clone(), pair.merged(&config.law)))
@@ -171,7 +191,8 @@ fn pairs(config: &DemConfig, thickness: f64, sample: &Sample) -> Pairs {
     let surface = config.sample.surface().and_then(|keys| keys.friction);
     if let Some(friction) = surface {
         // The law of the row, but for friction.
-        let mut groups = names.clone();
+        let mut groups = body_names(config, sample, None);
+        groups.truncate(sample.free.len());
         groups.sort();
         groups.dedup();
         for group in groups {
@@ -189,17 +210,7 @@ fn pairs(config: &DemConfig, thickness: f64, sample: &Sample) -> Pairs {
     if laws.is_empty() {
         return Pairs::default();
     }
-    let base = sample.glued.len() - sample.lid;
-    let glued = (0..sample.glued.len()).map(|i| ROWS[usize::from(i >= base)].to_string());
-    names.extend(glued);
-    let parts = sample.face.len() + usize::from(config.wheel.is_some());
-    names.extend(std::iter::repeat_n(WHEEL.to_string(), parts));
-    names.extend(sample.wall_names.iter().cloned());
-    let segments = (0..sample.surface.segments()).map(|segment| {
-        let above = sample.surface.is_above(segment, [sample.glued.len(), base]);
-        surface.map_or(ROWS[usize::from(above)], |_| SURFACE)
-    });
-    names.extend(segments.map(String::from));
+    let names = body_names(config, sample, surface.map(|_| SURFACE));
     let laws = laws.into_iter();
     let laws = laws.map(|(pair, config)| (pair, law(&config, thickness)));
     Pairs::new(&names, &laws.collect::<Vec<_>>())

@@ -19,6 +19,7 @@ mod dem_file;
 mod dem_flow;
 mod dem_glued;
 mod dem_healing;
+mod dem_heat;
 mod dem_impact;
 mod dem_incline;
 mod dem_injection;

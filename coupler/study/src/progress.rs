@@ -26,8 +26,8 @@ pub struct StudyProgress<'a> {
     /// Runs that ended since the beginning.
     here: usize,
     count: Count,
-    /// Role of the first run, in which the measures are looked up, until that has happened.
-    first: Option<TaskRole>,
+    /// The first task of the first scene, in whose run the measures are looked up. A case with a scenario of its own may lack some.
+    first: Option<usize>,
 }
 
 impl<'a> StudyProgress<'a> {
@@ -42,7 +42,11 @@ impl<'a> StudyProgress<'a> {
             begun: Instant::now(),
             here: 0,
             count: Count::new("study".into(), "runs", total),
-            first: study.tasks.first().map(|task| task.role),
+            first: study
+                .tasks
+                .iter()
+                .find(|task| task.scene == 0 && task.fidelity.is_some())
+                .map(|task| task.index),
         }
     }
 
@@ -87,10 +91,7 @@ impl<'a> StudyProgress<'a> {
             && self.done.insert(task.id.clone())
         {
             self.ended(task.index, outcome);
-            // A case with a scenario of its own may lack some measures.
-            let is_first = self.first == Some(task.role) && task.fidelity.is_some();
-            if is_first && task.scene == 0 && outcome.status == "completed" {
-                self.first = None;
+            if self.first == Some(task.index) && outcome.status == "completed" {
                 self.check(task)?;
             }
         }

@@ -28,6 +28,7 @@ use crate::bodies::geometry::{Period, between_points, height_on, over_disk};
 use crate::bodies::pairs::Pairs;
 use crate::bodies::surface::BareSurface;
 use crate::law::Law;
+use crate::law::heat::HeatLaw;
 
 /// Alert distance over the smallest radius.
 pub const ALERT: f64 = 0.02;
@@ -88,6 +89,8 @@ pub struct Bodies {
     pub law: Law,
     /// Laws by pair.
     pub pairs: Pairs,
+    /// The law of heat; without one grains have no temperature.
+    pub heat: Option<HeatLaw>,
     /// Pairs that may come closer than this in a step enter the contact problem (m).
     pub alert: f64,
     /// Distance that the Verlet list holds beyond `alert`, so that it lasts several steps (m).

@@ -4,11 +4,13 @@
 //! - `lanes`: numbers side by side;
 //! - [`adhesion`]: attraction of bodies that touch;
 //! - [`cohesion`], [`healing`]: the cohesive zone of a bond, and bonds that grow;
+//! - [`heat`]: what contacts dissipate and let through as heat;
 //! - [`local`], [`vector`]: the local problem of a contact, and of several side by side.
 
 pub mod adhesion;
 pub mod cohesion;
 pub mod healing;
+pub mod heat;
 pub(crate) mod lanes;
 pub mod local;
 pub mod vector;

@@ -8,6 +8,7 @@
 //! - [`injection`], [`detachment`], [`worn`]: grains that are fed in, from outside or off bare surfaces;
 //! - [`stiffness`]: bounds on the step;
 //! - [`repair`]: overlaps of rigid grains, repaired without velocity;
+//! - [`temperature`], `heat`: temperatures of the grains, and the heat of a step;
 //! - `assembly`, `update`, `balance`, `driven`, `shared_dampers`: the contact problem of a step, the changes by its solution, and checks;
 //! - [`threads`]: a step by several threads.
 
@@ -15,12 +16,15 @@ mod assembly;
 mod balance;
 pub mod detachment;
 mod driven;
+mod heat;
 pub mod injection;
 pub mod ledger;
+mod links;
 pub mod repair;
 mod shared_dampers;
 pub mod state;
 pub mod stiffness;
+pub mod temperature;
 pub mod threads;
 mod update;
 pub mod worn;
@@ -30,6 +34,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::bodies::drive::StepTime;
+use crate::contact::loss::Loss;
 use crate::error::KernelError;
 use crate::law::cohesion::Cohesion;
 use crate::solver::Solver;
@@ -37,6 +42,7 @@ use crate::solver::criteria::Criteria;
 use crate::solver::partition::{Partition, in_pieces};
 use crate::solver::problem::Problem;
 use crate::solver::residual::Convergence;
+use crate::step::links::Links;
 use crate::step::repair::Repair;
 use crate::step::state::GrainState;
 
@@ -169,6 +175,10 @@ pub struct Stepper {
     /// Contacts whose bonds the last solution has softened.
     softened: Vec<u32>,
     repair: Repair,
+    /// Losses of the bonds that the step has torn before its contacts, by pair.
+    torn: Vec<([u32; 2], Loss)>,
+    /// Contacts through which heat passes.
+    links: Links,
     /// Force of the grains on each driven cluster, then on each named wall, in the last step (N).
     pub on_named: Vec<[f64; 2]>,
 }
@@ -199,10 +209,12 @@ impl Stepper {
         };
         let (mut summary, outer) = self.update_contacts(state, input, criteria.parallel);
         summary.convergence = convergence;
+        self.warm(state, input, &outer.warmed);
         summary.shared_damping = self.shared_damping(state, input);
         self.balance_momentum(state, input, &outer, &mut summary);
         self.drive_clusters(state, input);
         self.update_bodies(state, input, &outer);
+        state.heat.see_peak(&state.centres, input.loaded);
         state.drift(bodies, input.step * input.theta);
         state.place_face(bodies, state.wheel.position[0]);
         if bodies.law.penetration.repairs() {

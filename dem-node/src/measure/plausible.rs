@@ -35,6 +35,23 @@ kit::findings! {
     /// - Valid: 0 (`third-body-steady`).
     /// - Wrong: 0.044 (a quarter of its feed, seed 2).
     NOT_STEADY = "not_steady": not_steady_rel in dem = [0.01, 0.5];
+    /// Heat was lost, or made without a loss of the contacts.
+    ///
+    /// - Why: an error of the program.
+    /// - Do: report it.
+    /// - Judged: Heat produced, less stored and conducted away, and less its share of the losses in the ledger, over the sum of their sizes.
+    /// - Valid: 1e-13.
+    /// - Wrong: 1 (friction without its heat).
+    HEAT_BALANCE = "heat_balance": heat_balance_rel in dem = [1e-9, 1e-6];
+    /// A grain is hotter than solids with these properties are.
+    ///
+    /// - Why: heat does not leave through contacts, surroundings without a temperature keep it, or capacity, conductivity or a
+    ///   speed has another unit.
+    /// - Do: give `heat.held_k`, or look at the units.
+    /// - Judged: Highest temperature of a grain (K); steel melts at 1 800 K.
+    /// - Valid: 400 (`third-body-shear` with heat).
+    /// - Wrong: 1e5 (capacity in J/(g K)).
+    GRAIN_TEMPERATURE = "grain_temperature": grain_temperature_k in dem = [1500.0, 1e4];
     /// The force below the layer differs from the wheel's during the hold.
     ///
     /// - Why: the grains still move.
@@ -319,7 +336,7 @@ impl FinishedRun<'_> {
             self.contact_residual(),
             self.not_converged(),
         ];
-        all.into_iter().flatten().collect()
+        all.into_iter().chain(self.heat()).flatten().collect()
     }
 
     /// The load that the boundary must carry in the second half of the hold: the wheel's, and the weight of the grains.
@@ -595,6 +612,21 @@ impl FinishedRun<'_> {
             "over the last half of its cycles the third body per length changed by {:.2e} +- {:.2e} of its mean a cycle, and the height of the wheel by {:.2e} +- {:.2e} m: the flow is not steady, and its means hold for these cycles only; take more wheel.cycles, or feed another rate",
             third[0] / mean, third[1] / mean, height[0], height[1]);
         found.filter(|_| self.bodies.injection.is_some())
+    }
+
+    fn heat(&self) -> [Option<Finding>; 2] {
+        let Some(law) = &self.bodies.heat else {
+            return [None, None];
+        };
+        let heat = &self.state.heat;
+        let balance = heat.balance_rel(self.bodies, &self.state.ledger);
+        let (peak, [x, y, t]) = (law.start + heat.peak, heat.peak_at);
+        [
+            judge!(self.bounds => HEAT_BALANCE, balance;
+                "{balance:.1e} of the heat was lost, or made without a loss of the contacts: an error of the program, please report it"),
+            judge!(self.bounds => GRAIN_TEMPERATURE, peak;
+                "a grain at x = {x:.3e}, y = {y:.3e} m had {peak:.0} K at t = {t:.3e} s, far beyond solids with one capacity and conductivity: give heat.held_k, or look at the units of heat"),
+        ]
     }
 
     /// Judges the mass that was due to be fed in and found no gap.

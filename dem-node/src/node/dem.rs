@@ -400,6 +400,11 @@ fn idle_bounds(config: &DemConfig, bodies: &Bodies) -> Vec<String> {
         .any(|wall| matches!(wall.face, Face::Segment(_)));
     config.plausible.idle(&[
         (config.wheel.is_none(), "without a wheel", &of_wheels),
+        (
+            config.heat.is_none(),
+            "without heat",
+            &["heat_balance_rel", "grain_temperature_k"],
+        ),
         (!cycles, "without cycles of a wheel", &["cycle_drift_rel"]),
         (
             config.wheel.is_none() || bodies.glued() == 0 || !bodies.walls.is_empty(),

@@ -69,6 +69,10 @@ impl Dem {
             let [creepage, force] = self.progress.rolled.record.signals();
             signals.extend([creepage, force]);
         }
+        if let Some(law) = &self.bodies.heat {
+            let [mean, highest] = state.heat.mean_and_highest(&self.bodies, law);
+            signals.extend([("temperature_mean_k", mean), ("temperature_max_k", highest)]);
+        }
         signals.extend(self.progress.flow.iter().flat_map(Flow::signals));
         if let Some(opening) = &self.opening {
             signals.extend(opening.signals(state));
@@ -229,7 +233,9 @@ impl Dem {
         }
         let results = results.into_iter().map(|(name, x)| (name.to_string(), x));
         let cycles = self.progress.cycles.results(self.measures.flow.is_some());
-        results.chain(cycles).chain(self.force_results()).collect()
+        let heat = state.heat.results(&self.bodies, &state.ledger);
+        let results = results.chain(heat).chain(cycles);
+        results.chain(self.force_results()).collect()
     }
 
     /// The run at its end, for the checks of plausibility.

@@ -51,6 +51,8 @@ pub struct ReducedNode {
     pub(super) committed: ReducedCommitted,
     /// Last window advanced: index, number of steps, force and displacements.
     pub(super) pending: Option<(u64, u32, [Vec<f64>; 2])>,
+    /// True after a window with more kinetic energy than the loads gave.
+    suspected: bool,
     /// The committed state in the reported components only.
     pub(super) seen: NodalState,
 }
@@ -111,6 +113,7 @@ impl ReducedNode {
             far: None,
             committed: ReducedCommitted::default(),
             pending: None,
+            suspected: false,
             seen: NodalState::at_rest(&model.body),
             model,
         })
@@ -285,10 +288,15 @@ impl ReducedNode {
         self.check_energy(window)
     }
 
-    /// Refuses a diverging run long before its displacements are large.
-    fn check_energy(&self, window: &Window) -> Result<(), FemError> {
+    /// Refuses a diverging run long before its displacements are large. In one window alone the modes may move before a load has done work.
+    fn check_energy(&mut self, window: &Window) -> Result<(), FemError> {
         let (ledger, steps) = (&self.committed.ledger, self.committed.steps);
+        let before = std::mem::take(&mut self.suspected);
         if ledger.kinetic <= EXCESS * ledger.supplied {
+            return Ok(());
+        }
+        self.suspected = true;
+        if !before && ledger.kinetic.is_finite() {
             return Ok(());
         }
         Err(FemError::EnergyExcess {

@@ -103,7 +103,7 @@ fn is_curved(model: &Model) -> bool {
     model.wheel_radius != 0.0 || ends[1] - ends[0] > FLAT * model.size
 }
 
-/// A curved contact must end before the body does.
+/// A curved contact must end before the body does; a body that repeats has no ends.
 pub(crate) fn contact_reach<'a>(
     model: &Model,
     profiles: impl Iterator<Item = &'a ContactProfile>,
@@ -112,7 +112,7 @@ pub(crate) fn contact_reach<'a>(
     let points = nodes.iter().map(|n| model.mesh.point(n[0], n[1]));
     let points: Vec<[f64; 2]> = points.collect();
     let (first, last) = (points.first()?, points.last()?);
-    if !is_curved(model) {
+    if !is_curved(model) || model.mesh.period().is_some() {
         return None;
     }
     let (middle, half) = (0.5 * (first[0] + last[0]), 0.5 * (last[0] - first[0]).abs());

@@ -128,7 +128,13 @@ impl<T: Table> Plausible<T> {
     }
 
     /// Warnings about the given bounds of checks that a scene does not have: conditions, reasons and keys.
+    ///
+    /// # Panics
+    /// A key is no key of the table.
     pub fn idle(&self, idle: &[(bool, &str, &[&str])]) -> Vec<String> {
+        let all = idle.iter().flat_map(|(.., keys)| *keys);
+        let unknown = |key: &&&str| !Plausible::<T>::kinds().any(|kind| kind.key == **key);
+        assert_eq!(all.into_iter().find(unknown), None, "a key of no check");
         let idle = idle.iter().filter(|(is_idle, ..)| *is_idle);
         let keys = idle.flat_map(|(_, reason, keys)| keys.iter().map(move |key| (key, reason)));
         let given = keys.filter(|(key, _)| self.given.contains_key(**key));

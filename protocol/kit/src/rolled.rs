@@ -1,4 +1,4 @@
-//! The results of a wheel that rolls: means over the last passage, or over the last half of the distance.
+//! The results of a wheel that rolls: means over the last of several passages, or over the last half of the distance.
 
 use std::fmt::Write;
 
@@ -10,7 +10,7 @@ use crate::rolling::Rolling;
 crate::results! {
     /// # Rolling
     /// - `creepage`: Creepage (V - omega R)/V of a rolling wheel: a signal, and as a result the mean over
-    ///   the last passage or the last half of the distance, as the results beside it.
+    ///   the last of several passages or the last half of the distance, as the results beside it.
     /// - `creep_force_n`: Tangential force T of a rolling wheel on what it rolls on, along the face;
     ///   positive brakes.
     /// - `torque_nm`: Braking torque T R on a rolling wheel.

@@ -9,7 +9,7 @@ crate::results! {
     /// # Friction and sliding
     /// - `traction_ratio_mean`: Mean |F_T|/F_N of the wheel over its motion. It includes sticking, so it
     ///   is not a coefficient of friction. Of a rolling wheel T/N, positive where it brakes, over the last
-    ///   passage or the last half of the distance.
+    ///   of several passages or the last half of the distance.
     /// - `traction_ratio_peak`: The largest |F_T|/F_N of the wheel during its motion, while it bears at
     ///   least half of its load; of a rolling wheel the largest |T|/N over the same way.
     /// - `gross_sliding_share`: Share of the wheel's path over which the contact slides as a whole.

@@ -131,6 +131,20 @@ fn unused(loaded: &Loaded) -> Vec<Warning> {
         let key = format!("participant.{}.config.solver.on_not_converged", of.name);
         (key, true, "in a coupled run (the interface's key decides)")
     }));
+    for of in &scenario.participant {
+        let alone = !scenario
+            .interface
+            .iter()
+            .any(|interface| interface.participants().contains(&of.name.as_str()));
+        keys.extend(["reduced.near_m", "plausible.far_field_rel"].map(|own| {
+            let key = format!("participant.{}.config.{own}", of.name);
+            (
+                key,
+                alone && of.command.is_none(),
+                "on a body without an interface",
+            )
+        }));
+    }
     let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
     keys.retain(|(key, idle, _)| *idle && value_at(&table, key).is_some());
     let warned = keys.into_iter().map(|(key, _, when)| {

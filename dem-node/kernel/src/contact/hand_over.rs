@@ -8,8 +8,13 @@ use crate::contact::bond::{Bond, find_bond};
 use crate::contact::detect::Slot;
 use crate::contact::loss::Loss;
 
-/// Moves contacts and bonds of disks that have passed to their next segments; slots and bonds are sorted by (a, b). Returns the losses of torn bonds.
-pub fn hand_over(slots: &mut [Slot], bonds: &mut Vec<Bond>, positions: &Positions) -> Vec<Loss> {
+/// Moves contacts and bonds of disks that have passed to their next segments; slots and bonds are sorted by (a, b). Returns the losses of torn bonds
+/// with their pairs.
+pub fn hand_over(
+    slots: &mut [Slot],
+    bonds: &mut Vec<Bond>,
+    positions: &Positions,
+) -> Vec<([u32; 2], Loss)> {
     let bodies = positions.bodies;
     let (mut torn, mut moved) = (Vec::new(), Vec::new());
     for index in 0..slots.len() {
@@ -44,7 +49,10 @@ pub fn hand_over(slots: &mut [Slot], bonds: &mut Vec<Bond>, positions: &Position
                     bonds[bond].reference += gap - before;
                     moved.push((bond, next as u32));
                 }
-                None => torn.push(bonds[bond].tear(bodies.law_of(a, start), &mut slots[index])),
+                None => {
+                    let loss = bonds[bond].tear(bodies.law_of(a, start), &mut slots[index]);
+                    torn.push(([slot.a, slot.b], loss));
+                }
             }
         }
         move_slot(slots, index, next);

@@ -134,13 +134,14 @@ impl Stepper {
         let mut bonds = std::mem::take(&mut state.bonds);
         let positions = positions_at_detection(state, input);
         list.refresh(&positions, travel, bonds.iter().map(Bond::pair));
-        let mut torn = Vec::new();
+        self.torn.clear();
         if bodies.has_joints() {
-            torn = hand_over(&mut list.slots, &mut bonds, &positions);
+            self.torn = hand_over(&mut list.slots, &mut bonds, &positions);
             let missing = |grain| state.feed.missing(grain);
             share_springs(&mut list.slots, &bonds, &positions, missing);
         }
-        torn.iter().for_each(|loss| state.ledger.lose(loss));
+        let torn = self.torn.iter();
+        torn.for_each(|(_, loss)| state.ledger.lose(loss));
         state.bonds = bonds;
         let positions = positions_at_detection(state, input);
         self.problem.levers.clear();

@@ -89,13 +89,17 @@ impl Stepper {
         for (i, mass) in bodies.masses.iter().enumerate() {
             let (new, old) = (self.problem.records[i].velocity, state.velocities[i]);
             let change = [new[0] - old[0], new[1] - old[1], new[2] - old[2]];
-            squared_change += mass
+            let squared = mass
                 * (change[0] * change[0] + change[1] * change[1] + 0.5 * change[2] * change[2]);
+            squared_change += squared;
+            let alone = std::iter::empty();
+            state.heat.jolt(bodies, i, alone, (theta - 0.5) * squared);
             for k in 0..2 {
                 state.ledger.weight += mass * bodies.gravity[k] * h * at_theta(new[k], old[k]);
             }
             state.velocities[i] = new;
         }
+        let of_grains = squared_change;
         if let (Some(index), Some(mass)) = (bodies.wheel(), bodies.wheel_mass) {
             let new = self.problem.records[index].velocity;
             let old = state.wheel.velocity;
@@ -117,6 +121,11 @@ impl Stepper {
             state.ledger.drive -= outer.on_wheel * at_theta(new[0], old[0]);
             state.wheel.velocity = [new[0], new[1]];
             state.wheel.position[0] = input.wheel_x;
+            let contacts = self.problem.contacts.iter();
+            let touching = contacts.filter(|contact| contact.b as usize == index);
+            let grains = touching.map(|contact| contact.a as usize);
+            let joules = (theta - 0.5) * (squared_change - of_grains);
+            state.heat.jolt(bodies, index, grains, joules);
         }
         if bodies.wall_speed() > 0.0 {
             state.ledger.walls += self.work_of_walls(bodies);

@@ -29,7 +29,11 @@ impl Stepper {
                 let is_free = cluster.free[k] > 0.0;
                 let work = if is_free { push[k] } else { -borne };
                 state.ledger.walls += work * v;
-                state.ledger.damping += cluster.free[k] * drag * v * v;
+                let lost = cluster.free[k] * drag * v * v;
+                state.ledger.damping += lost;
+                if bodies.heat.is_some() {
+                    state.heat.drives += lost;
+                }
             }
             self.on_named.push(impulse.map(|p| p / input.step));
         }

@@ -13,6 +13,7 @@ use crate::contact::detect::{Slot, VerletList};
 use crate::contact::initial_bonds::initial_bonds;
 use crate::contact::shared::share_springs;
 use crate::step::ledger::GrainLedger;
+use crate::step::temperature::Heat;
 use crate::step::worn::Worn;
 
 /// Everything that can change a later bit. A window is solved on a copy; committing it swaps the two.
@@ -44,6 +45,8 @@ pub struct GrainState {
     pub worn: Worn,
     /// Energy since the start, term by term.
     pub ledger: GrainLedger,
+    /// The heat of the grains.
+    pub heat: Heat,
 }
 
 /// Position and velocity of the wheel.
@@ -79,6 +82,7 @@ impl Clone for GrainState {
         self.taken.clone_from(&other.taken);
         self.worn.clone_from(&other.worn);
         self.ledger = other.ledger;
+        self.heat.clone_from(&other.heat);
     }
 }
 
@@ -126,6 +130,7 @@ impl GrainState {
             },
             clusters: bodies.clusters.list.iter().map(|c| c.start).collect(),
             feed,
+            heat: Heat::new(bodies.heat.as_ref(), bodies.free),
             ..GrainState::default()
         };
         for cluster in &bodies.clusters.list {
@@ -413,6 +418,9 @@ impl GrainState {
         self.wheel.velocity.iter().for_each(|x| add(*x));
         if self.wheel.turn != 0.0 {
             add(self.wheel.turn);
+        }
+        if !self.heat.rises.is_empty() {
+            self.heat.numbers().for_each(&mut add);
         }
         self.list.for_each_number(&mut add);
         self.bonds.iter().flat_map(Bond::numbers).for_each(&mut add);

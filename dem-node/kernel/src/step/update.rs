@@ -12,6 +12,7 @@ use crate::solver::partition::{Cut, in_pieces};
 use crate::solver::pieces::first_bond;
 use crate::step::ledger::GrainLedger;
 use crate::step::state::GrainState;
+use crate::step::temperature::PairHeat;
 
 /// Contacts with the data that a step changes: their slots, and the bonds of the state.
 struct UpdatePiece<'a> {
@@ -69,6 +70,8 @@ pub(super) struct OuterImpulses {
     pub turning_wheel: f64,
     /// Work of friction on segments of the surface, contact by contact (J).
     pub rubbed: Vec<(usize, f64)>,
+    /// Heat of contacts by pair.
+    pub warmed: Vec<PairHeat>,
 }
 
 impl OuterImpulses {
@@ -88,11 +91,12 @@ impl OuterImpulses {
         }
     }
 
-    fn join(&mut self, other: &OuterImpulses) {
+    fn join(&mut self, mut other: OuterImpulses) {
         kit::add_fields!(self, other; transmitted, on_wheel, turning_wheel);
         let [x, y] = other.on_grains;
         self.on_grains = [self.on_grains[0] + x, self.on_grains[1] + y];
-        self.rubbed.extend_from_slice(&other.rubbed);
+        self.rubbed.append(&mut other.rubbed);
+        self.warmed.append(&mut other.warmed);
     }
 }
 
@@ -131,7 +135,7 @@ impl Stepper {
         let mut outer = OuterImpulses::default();
         for (index, (of_piece, booked, impulses)) in pieces.into_iter().enumerate() {
             summary.join(&of_piece);
-            outer.join(&impulses);
+            outer.join(impulses);
             if index == 0 {
                 state.ledger = booked;
             } else {
@@ -141,7 +145,10 @@ impl Stepper {
         for (segment, work) in &outer.rubbed {
             state.worn.rub(*segment, *work);
         }
-        self.update_couples(state, input, &mut slots);
+        self.update_couples(state, input, &mut slots, &mut outer.warmed);
+        let torn = self.torn.iter();
+        let torn = torn.map(|(pair, loss)| PairHeat::of(*pair, loss));
+        outer.warmed.extend(torn);
         self.update_attractions(state, input, &slots, (&mut summary, &mut outer));
         bonds.retain(|bond| bond.adhesion > 0.0);
         self.make_bonds(state, input, &mut slots, &mut bonds);
@@ -155,11 +162,17 @@ impl Stepper {
     }
 
     /// Stores the couples, and records their loss as slip, the impulse times the relative spin.
-    fn update_couples(&self, state: &mut GrainState, input: &StepInput, slots: &mut [Slot]) {
+    fn update_couples(
+        &self,
+        state: &mut GrainState,
+        input: &StepInput,
+        slots: &mut [Slot],
+        warmed: &mut Vec<PairHeat>,
+    ) {
         for couple in &self.problem.couples {
             let contact = &self.problem.contacts[couple.contact as usize];
-            slots[self.slots[couple.contact as usize] as usize].couple =
-                couple.impulse / input.step;
+            let slot = &mut slots[self.slots[couple.contact as usize] as usize];
+            slot.couple = couple.impulse / input.step;
             let pair = [contact.a, contact.b].map(|body| body as usize);
             let spin = couple.spin(pair.map(|body| self.problem.records[body].velocity[2]));
             let before = pair.map(|body| state.velocities.get(body).map_or(0.0, |v| v[2]));
@@ -171,7 +184,9 @@ impl Stepper {
                 elastic: false,
                 ..ContactStep::default()
             };
-            state.ledger.lose(&rigid_loss(&step, [0.0, couple.impulse]));
+            let loss = rigid_loss(&step, [0.0, couple.impulse]);
+            state.ledger.lose(&loss);
+            warmed.push(PairHeat::of([slot.a, slot.b], &loss));
         }
     }
 
@@ -250,7 +265,7 @@ impl Stepper {
         let (bodies, h) = (input.bodies, input.step);
         let per_step = 1.0 / h;
         let (mut summary, mut outer) = (StepSummary::default(), OuterImpulses::default());
-        let detaches = state.worn.detaches();
+        let (detaches, warms) = (state.worn.detaches(), bodies.heat.is_some());
         for (contact, slot) in piece.contacts.iter().zip(piece.slot_indices) {
             let slot = &mut piece.slots[*slot as usize - piece.first_slot];
             let passing = passing(bodies, state, slot);
@@ -280,6 +295,9 @@ impl Stepper {
             };
             if detaches && let Some(segment) = bodies.segment_index(slot.b as usize) {
                 outer.rubbed.push((segment, loss.friction));
+            }
+            if warms {
+                outer.warmed.push(PairHeat::of([slot.a, slot.b], &loss));
             }
             ledger.lose(&loss);
             if done.impulse[0] > 0.0 {

@@ -1,0 +1,78 @@
+//! Heat in grains: what a contact dissipates, and what it lets through.
+//!
+//! What a contact dissipates warms its two bodies, half each. Heat passes through contacts that press, with the conductance
+//! ```text
+//! H = pi k t / (ln(4 r_i/a) + ln(4 r_j/a))
+//! ```
+//! of two disks between a source and a sink on their rims, strips of the half-width a at one temperature (Carslaw and Jaeger 1959, conduction in the
+//! plane); a is Hertz's for parallel cylinders under the force of the contact. Bodies that are no grains have one temperature, or let no heat through.
+
+use std::f64::consts::PI;
+
+/// The law of heat.
+#[derive(Clone, Debug)]
+pub struct HeatLaw {
+    /// c (J/(kg K)).
+    pub capacity: f64,
+    /// Heat through contacts.
+    pub conduction: Conduction,
+    /// Temperature of the grains at the start (K).
+    pub start: f64,
+    /// Shares of the losses that become heat: friction, dampers, impacts, broken bonds.
+    pub sources: [f64; 4],
+    /// Groups of bodies that are no grains, by name, with their temperatures (K); without one they let no heat through.
+    pub groups: Vec<(String, Option<f64>)>,
+    /// Index of the group of each body; `None` for grains.
+    pub group_of: Vec<Option<u32>>,
+    /// Steps from one conduction to the next.
+    pub every: u32,
+}
+
+impl HeatLaw {
+    /// The group of a body that is no grain.
+    pub fn group(&self, body: usize) -> Option<usize> {
+        self.group_of[body].map(|group| group as usize)
+    }
+
+    /// Temperature of a group less the grains' at the start (K), if heat passes into it.
+    pub fn held(&self, group: usize) -> Option<f64> {
+        self.groups[group].1.map(|held| held - self.start)
+    }
+
+    /// True for a grain, and for a body into which heat passes.
+    pub fn takes(&self, body: usize) -> bool {
+        self.group(body)
+            .is_none_or(|group| self.held(group).is_some())
+    }
+}
+
+/// Conductance of a contact.
+#[derive(Clone, Copy, Debug)]
+pub enum Conduction {
+    /// The same for every contact that presses (W/K).
+    Constant(f64),
+    /// By the width of the contact.
+    Hertz {
+        /// k t, conductivity times thickness (W/K).
+        conductivity: f64,
+        /// E* t, t being the thickness (N/m): 1/E* = 2 (1 - nu^2)/E for two grains.
+        modulus: f64,
+    },
+}
+
+impl Conduction {
+    /// H (W/K) of a contact under a force (N); `radii` (m) belong to its grains. A body that is no grain resists nothing.
+    pub fn conductance(&self, force: f64, reduced: f64, radii: [Option<f64>; 2]) -> f64 {
+        match *self {
+            Conduction::Constant(conductance) => conductance,
+            Conduction::Hertz {
+                conductivity,
+                modulus,
+            } => {
+                let width = (4.0 * force * reduced / (PI * modulus)).sqrt();
+                let side = |radius: f64| (4.0 * radius / width.min(radius)).ln();
+                PI * conductivity / radii.into_iter().flatten().map(side).sum::<f64>()
+            }
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! Heat of a step: losses of contacts warm grains, and heat passes through contacts, implicitly in time,
+//! ```text
+//! m c (T' - T) = h sum H (T_j' - T')
+//! ```
+//! m is the true mass, which `mass_scale` does not touch.
+
+use super::{StepInput, Stepper};
+use crate::bodies::Bodies;
+use crate::law::heat::HeatLaw;
+use crate::step::state::GrainState;
+use crate::step::temperature::PairHeat;
+
+impl Stepper {
+    /// Warms the grains by the losses of the contacts of a step, and lets heat pass through these contacts.
+    pub(super) fn warm(&mut self, state: &mut GrainState, input: &StepInput, warmed: &[PairHeat]) {
+        let bodies = input.bodies;
+        let Some(law) = &bodies.heat else {
+            return;
+        };
+        for one in warmed {
+            state.heat.warm(bodies, law, one);
+        }
+        let (steps, time) = state.heat.waited;
+        state.heat.waited = (steps + 1, time + input.step);
+        if steps + 1 >= law.every {
+            self.conduct(state, bodies, law);
+        }
+    }
+
+    fn conduct(&mut self, state: &mut GrainState, bodies: &Bodies, law: &HeatLaw) {
+        let (_, time) = std::mem::take(&mut state.heat.waited);
+        let links = &mut self.links;
+        links.inner.clear();
+        links.outer.clear();
+        for slot in state.list.pressing() {
+            let pair = [slot.a, slot.b];
+            let groups = pair.map(|body| law.group(body as usize));
+            let radius = |k: usize| groups[k].is_none().then(|| bodies.radii[pair[k] as usize]);
+            let radii = [radius(0), radius(1)];
+            let (force, reduced) = (slot.pressure()[0], bodies.reduced_radius(pair));
+            let h = time * law.conduction.conductance(force, reduced, radii);
+            let [a, b] = pair.map(|body| body as usize);
+            let (grain, group) = match groups {
+                [None, None] => {
+                    links.inner.push(([a, b], h));
+                    continue;
+                }
+                [None, Some(group)] => (a, group),
+                [Some(group), None] => (b, group),
+                [Some(_), Some(_)] => continue,
+            };
+            if let Some(held) = law.held(group) {
+                links.outer.push((grain, group, held, h));
+            }
+        }
+        let heat = &mut state.heat;
+        // A disk of a cluster has no heat of its own, and no links.
+        let capacity = |disk: usize| match law.group(disk) {
+            None => bodies.heat_capacity(law, disk),
+            Some(_) => 1.0,
+        };
+        let capacities: Vec<f64> = (0..heat.rises.len()).map(capacity).collect();
+        let ends = links.conducted(&capacities, &heat.rises);
+        // The temperatures follow from the heat that passes at the ends found, so that none is lost.
+        let mut received = vec![0.0; ends.len()];
+        links.received(&ends, &mut received);
+        for (grain, group, beside, h) in &links.outer {
+            heat.conducted[*group] -= h * (beside - ends[*grain]);
+        }
+        let grains = heat.rises.iter_mut().zip(&received);
+        for ((t, joules), capacity) in grains.zip(&capacities) {
+            *t += joules / capacity;
+        }
+    }
+}

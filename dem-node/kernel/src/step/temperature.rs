@@ -1,0 +1,237 @@
+//! The temperatures of the grains, and the heat since the start.
+
+use protocol::larger;
+use serde::{Deserialize, Serialize};
+
+use crate::bodies::Bodies;
+use crate::contact::loss::Loss;
+use crate::law::heat::HeatLaw;
+use crate::step::ledger::GrainLedger;
+
+kit::results! {
+    /// # Signals
+    /// - `temperature_mean_k`: Mean temperature of the grains, by mass.
+    /// - `temperature_max_k`: Highest temperature of a grain.
+    /// # Heat
+    /// - `temperature_end_k`: Mean temperature of the grains at the end, by mass.
+    /// - `temperature_peak_k`: Highest temperature that a grain had at the end of a step.
+    /// - `temperature_peak_s`: When it had it.
+    /// - `temperature_peak_x_m`: Where it had it.
+    /// - `temperature_peak_y_m`: Where it had it.
+    /// - `heat_friction_j`: Heat by slip of contacts.
+    /// - `heat_damping_j`: Heat by dampers of contacts.
+    /// - `heat_impact_j`: Heat by impacts of rigid contacts.
+    /// - `heat_bonds_j`: Heat by bonds that fail.
+    /// - `heat_stored_j`: Heat that the grains have gained since the start.
+    /// - `heat_to_<group>_j`: Heat that went into the base, the lid, the wheel, a wall or a cluster of this name.
+    /// - `heat_balance_rel`: Heat produced, less stored and conducted away, and less its share of the losses in the ledger, over the sum of their sizes.
+}
+
+/// Losses of a contact that may become heat (J).
+#[derive(Clone, Copy, Debug)]
+pub struct PairHeat {
+    pair: [u32; 2],
+    /// By friction, dampers, impacts and broken bonds.
+    losses: [f64; 4],
+}
+
+impl PairHeat {
+    /// Of this loss of a pair.
+    pub fn of(pair: [u32; 2], loss: &Loss) -> PairHeat {
+        PairHeat {
+            pair,
+            losses: [loss.friction, loss.damping, loss.impact, loss.cohesion],
+        }
+    }
+}
+
+/// The part of the heat that steps change.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Heat {
+    /// Rises of the temperatures of the free grains since the start (K), without the rounding of a temperature; empty without heat.
+    pub rises: Vec<f64>,
+    /// Heat since the start by friction, dampers, impacts and broken bonds (J).
+    pub produced: [f64; 4],
+    /// Heat that has left to each group of bodies that are no grains (J).
+    pub conducted: Vec<f64>,
+    /// Loss in the dampers of driven clusters (J), which are no contacts: it warms nothing.
+    pub drives: f64,
+    /// The highest of them so far (K).
+    pub peak: f64,
+    /// Where and when: x, y (m), t (s).
+    pub peak_at: [f64; 3],
+    /// Steps and time (s) since the last conduction.
+    pub waited: (u32, f64),
+}
+
+impl Heat {
+    /// All grains at the temperature of the start.
+    pub fn new(law: Option<&HeatLaw>, free: usize) -> Heat {
+        law.map_or(Heat::default(), |law| Heat {
+            rises: vec![0.0; free],
+            conducted: vec![0.0; law.groups.len()],
+            ..Heat::default()
+        })
+    }
+
+    /// Every number that changes a later one.
+    pub fn numbers(&self) -> impl Iterator<Item = f64> {
+        let sums = self.produced.iter().chain(&self.conducted);
+        let waited = [f64::from(self.waited.0), self.waited.1];
+        let all = self.rises.iter().chain(sums).copied();
+        all.chain(waited)
+    }
+
+    /// Heat that the grains have gained since the start (J).
+    pub fn stored(&self, bodies: &Bodies) -> f64 {
+        let Some(law) = &bodies.heat else {
+            return 0.0;
+        };
+        let grains = self.rises.iter().enumerate();
+        let each = grains.map(|(grain, rise)| bodies.heat_capacity(law, grain) * rise);
+        each.sum()
+    }
+
+    /// Temperatures of the free disks (K): those in clusters have the cluster's, NaN where no heat passes into it.
+    pub fn temperatures(&self, law: &HeatLaw) -> impl Iterator<Item = f64> {
+        let disks = self.rises.iter().enumerate();
+        disks.map(|(disk, rise)| match law.group(disk) {
+            None => law.start + rise,
+            Some(group) => law.held(group).map_or(f64::NAN, |held| law.start + held),
+        })
+    }
+
+    /// Mean temperature of the grains by mass, and the highest (K).
+    pub fn mean_and_highest(&self, bodies: &Bodies, law: &HeatLaw) -> [f64; 2] {
+        let disks = self.rises.iter().zip(&bodies.masses).enumerate();
+        let grains = disks.filter(|(disk, _)| law.group(*disk).is_none());
+        let [mut mass, mut sum, mut highest] = [0.0, 0.0, f64::NEG_INFINITY];
+        for (_, (rise, m)) in grains {
+            mass += m;
+            sum += m * rise;
+            highest = larger(highest, *rise);
+        }
+        [sum / mass, highest].map(|rise| law.start + rise)
+    }
+
+    /// Its results, if there is a law of heat.
+    pub fn results(&self, bodies: &Bodies, ledger: &GrainLedger) -> Vec<(String, f64)> {
+        let Some(law) = &bodies.heat else {
+            return Vec::new();
+        };
+        let [mean, _] = self.mean_and_highest(bodies, law);
+        let [friction, damping, impact, bonds] = self.produced;
+        let [x, y, t] = self.peak_at;
+        let x = bodies.period.map_or(x, |period| period.inside(x));
+        let named = [
+            ("temperature_end_k", mean),
+            ("temperature_peak_k", law.start + self.peak),
+            ("temperature_peak_s", t),
+            ("temperature_peak_x_m", x),
+            ("temperature_peak_y_m", y),
+            ("heat_friction_j", friction),
+            ("heat_damping_j", damping),
+            ("heat_impact_j", impact),
+            ("heat_bonds_j", bonds),
+            ("heat_stored_j", self.stored(bodies)),
+            ("heat_balance_rel", self.balance_rel(bodies, ledger)),
+        ];
+        let to = law.groups.iter().zip(&self.conducted);
+        let to = to.map(|((name, _), joules)| (format!("heat_to_{name}_j"), *joules));
+        let named = named.map(|(name, value)| (name.to_string(), value));
+        named.into_iter().chain(to).collect()
+    }
+
+    /// Heat produced, less stored and conducted away, and what the shares of the ledger's losses and the heat produced differ by, over the sum of their
+    /// sizes; 0 without a law of heat.
+    pub fn balance_rel(&self, bodies: &Bodies, ledger: &GrainLedger) -> f64 {
+        let shares = bodies.heat.as_ref().map_or([0.0; 4], |law| law.sources);
+        let lost = [
+            ledger.friction,
+            ledger.damping - self.drives,
+            ledger.impact,
+            ledger.cohesion,
+        ];
+        let booked = self.produced.iter().zip(shares.iter().zip(lost));
+        let missed: f64 = booked
+            .map(|(heat, (share, lost))| (heat - share * lost).abs())
+            .sum();
+        let stored = self.stored(bodies);
+        let [gained, left] =
+            [&self.produced[..], &self.conducted].map(|all| all.iter().sum::<f64>());
+        let all = self.produced.iter().chain(&self.conducted).chain([&stored]);
+        let size: f64 = all.map(|joules| joules.abs()).sum();
+        if size > 0.0 {
+            ((gained - stored - left).abs() + missed) / size
+        } else {
+            0.0
+        }
+    }
+
+    /// Warms a body by the part of the impacts that the scheme loses in it (J), which belongs to no contact; only rigid contacts book it as impacts.
+    /// It warms a body that lets no heat through as well, if `touching` grains do not take it.
+    pub fn jolt(
+        &mut self,
+        bodies: &Bodies,
+        body: usize,
+        touching: impl Iterator<Item = usize> + Clone,
+        joules: f64,
+    ) {
+        let Some(law) = bodies.heat.as_ref().filter(|_| !bodies.is_elastic()) else {
+            return;
+        };
+        let heat = law.sources[2] * joules;
+        self.produced[2] += heat;
+        let count = touching.clone().count();
+        if law.takes(body) || count == 0 {
+            self.give(bodies, law, body, heat);
+        } else {
+            touching.for_each(|grain| self.give(bodies, law, grain, heat / count as f64));
+        }
+    }
+
+    /// Heat (J) for a body.
+    fn give(&mut self, bodies: &Bodies, law: &HeatLaw, body: usize, joules: f64) {
+        match law.group(body) {
+            Some(group) => self.conducted[group] += joules,
+            None => self.rises[body] += joules / bodies.heat_capacity(law, body),
+        }
+    }
+
+    /// Keeps the highest temperature so far, with its place and time (s).
+    pub fn see_peak(&mut self, centres: &[[f64; 2]], time: f64) {
+        for (rise, [x, y]) in self.rises.iter().zip(centres) {
+            if *rise > self.peak {
+                (self.peak, self.peak_at) = (*rise, [*x, *y, time]);
+            }
+        }
+    }
+
+    /// Warms the bodies of a contact by its losses.
+    pub fn warm(&mut self, bodies: &Bodies, law: &HeatLaw, of: &PairHeat) {
+        let (pair, losses) = (of.pair, of.losses);
+        let mut joules = 0.0;
+        for ((sum, share), lost) in self.produced.iter_mut().zip(law.sources).zip(losses) {
+            *sum += share * lost;
+            joules += share * lost;
+        }
+        match pair.map(|body| law.takes(body as usize)) {
+            [true, true] => {
+                for body in pair {
+                    self.give(bodies, law, body as usize, 0.5 * joules);
+                }
+            }
+            [takes, _] => {
+                let body = if takes { pair[0] } else { pair[1] };
+                self.give(bodies, law, body as usize, joules);
+            }
+        }
+    }
+}
+
+impl Bodies {
+    /// m c of a grain (J/K), m without the mass that `mass_scale` adds.
+    pub fn heat_capacity(&self, law: &HeatLaw, grain: usize) -> f64 {
+        law.capacity * (1.0 - self.added_mass_rel) * self.masses[grain]
+    }
+}

@@ -1,0 +1,171 @@
+//! The keys of `heat`: temperatures of the grains.
+
+use std::collections::BTreeMap;
+
+use dem_kernel::bodies::pairs::GRAINS;
+use dem_kernel::law::heat::{Conduction, HeatLaw};
+use kit::ConfigError;
+use kit::keys::refuse_if;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// `heat`: each grain has one temperature; what its contacts dissipate warms it, and heat passes through contacts that press.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeatConfig {
+    /// Heat capacity c of the grains (J/(kg K)), of their true mass.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub capacity_j_per_kg_k: f64,
+    /// Thermal conductivity k of the grains (W/(m K)). The width of a contact, which sets its conductance, is Hertz's, by `young_pa` and `poisson`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub conductivity_w_per_m_k: Option<f64>,
+    /// Young's modulus of the grains (Pa), beside `conductivity_w_per_m_k`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub young_pa: Option<f64>,
+    /// Poisson's ratio of the grains, beside `young_pa`.
+    #[schemars(range(min = 0.0, max = 0.5))]
+    pub poisson: Option<f64>,
+    /// Conductance of every contact that presses (W/K), in place of `conductivity_w_per_m_k`.
+    #[schemars(range(min = 0.0))]
+    pub conductance_w_per_k: Option<f64>,
+    /// Temperature of the grains at the start (K).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub start_k: f64,
+    /// Shares of the losses that become heat; all of each when absent.
+    #[serde(default)]
+    pub sources: HeatSources,
+    /// Temperatures (K) of bodies that are no grains, by the names that `law.pairs` uses: `base`, `lid`, `wheel`, walls and clusters. Bodies without one
+    /// let no heat through.
+    #[serde(default)]
+    pub held_k: BTreeMap<String, f64>,
+    /// Steps from one conduction to the next; sources act in each step.
+    #[serde(default = "one")]
+    #[schemars(range(min = 1))]
+    pub every_steps: u32,
+}
+
+/// `heat.sources`: shares of the losses that become heat.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct HeatSources {
+    /// Share of the slip.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub friction: f64,
+    /// Share of the dampers.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub damping: f64,
+    /// Share of the impacts of rigid contacts.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub impact: f64,
+    /// Share of broken and softened bonds.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub bonds: f64,
+}
+
+impl Default for HeatSources {
+    fn default() -> HeatSources {
+        HeatSources {
+            friction: 1.0,
+            damping: 1.0,
+            impact: 1.0,
+            bonds: 1.0,
+        }
+    }
+}
+
+fn one() -> u32 {
+    1
+}
+
+impl HeatConfig {
+    /// Refuses scenes whose grains come and go, conduction without its numbers, and temperatures of bodies that the scene does not have; `groups` are the
+    /// names of its bodies.
+    pub(super) fn validate(&self, comes_or_goes: bool, groups: &[&str]) -> Result<(), ConfigError> {
+        let both = [self.conductivity_w_per_m_k, self.conductance_w_per_k];
+        let elastic = self.young_pa.is_some() && self.poisson.is_some();
+        let refusals = [
+            (
+                comes_or_goes,
+                "heat",
+                "knows the temperature of every grain from the start on, and injection, detachment or flow.lateral change their number",
+                "remove one of the tables",
+            ),
+            (
+                both.iter().flatten().count() != 1,
+                "heat",
+                "needs either heat.conductivity_w_per_m_k or heat.conductance_w_per_k",
+                "give one of the two",
+            ),
+            (
+                self.conductivity_w_per_m_k.is_some() != elastic
+                    || (self.young_pa.is_some() != self.poisson.is_some()),
+                "heat.conductivity_w_per_m_k",
+                "conducts through the width of a contact, which heat.young_pa and heat.poisson set",
+                "give all three keys, or heat.conductance_w_per_k",
+            ),
+        ];
+        refusals
+            .into_iter()
+            .try_for_each(|(holds, key, why, help)| refuse_if(holds, key, why, help))?;
+        let known: Vec<&str> = groups
+            .iter()
+            .copied()
+            .filter(|name| *name != GRAINS)
+            .collect();
+        for (name, held) in &self.held_k {
+            let key = format!("heat.held_k.{name}");
+            refuse_if(
+                !(*held > 0.0 && held.is_finite()),
+                &key,
+                &format!("is {held}, and a temperature is above 0"),
+                "give kelvins",
+            )?;
+            refuse_if(
+                !known.contains(&name.as_str()),
+                &key,
+                &format!("is no body of this scene, which has {}", known.join(", ")),
+                "give one of these names, or a name to the wall",
+            )?;
+        }
+        Ok(())
+    }
+
+    /// The law, for this thickness (m) and bodies of these names.
+    pub fn law(&self, thickness: f64, names: &[String]) -> HeatLaw {
+        let mut groups: Vec<&str> = names.iter().map(String::as_str).collect();
+        groups.sort_unstable();
+        groups.dedup();
+        groups.retain(|name| *name != GRAINS);
+        let group = |name: &String| groups.iter().position(|group| group == name);
+        let group_of = names.iter().map(|name| group(name).map(|at| at as u32));
+        let HeatSources {
+            friction,
+            damping,
+            impact,
+            bonds,
+        } = self.sources;
+        let (young, poisson) = (self.young_pa.unwrap_or(0.0), self.poisson.unwrap_or(0.0));
+        let conduction = match (self.conductivity_w_per_m_k, self.conductance_w_per_k) {
+            (Some(conductivity), _) => Conduction::Hertz {
+                conductivity: conductivity * thickness,
+                modulus: 0.5 * young / (1.0 - poisson * poisson) * thickness,
+            },
+            (None, conductance) => Conduction::Constant(conductance.unwrap_or(0.0)),
+        };
+        HeatLaw {
+            capacity: self.capacity_j_per_kg_k,
+            conduction,
+            start: self.start_k,
+            sources: [friction, damping, impact, bonds],
+            group_of: group_of.collect(),
+            groups: groups
+                .iter()
+                .map(|name| {
+                    let shown = if name.is_empty() { "walls" } else { name };
+                    (shown.to_string(), self.held_k.get(*name).copied())
+                })
+                .collect(),
+            every: self.every_steps,
+        }
+    }
+}

@@ -1,0 +1,233 @@
+//! Heat of the grains.
+//!
+//! ```text
+//!    wheel, T_w      a column of n equal disks between a glued disk and the wheel: the discrete chain
+//!   (O)(O)...(O)     m c T_i' = H (T_i-1 - 2 T_i + T_i+1), its steady state and its modes
+//!    glued, T_r
+//! ```
+//! The conductance of a contact is compared with the Fourier series of a disk with a source and a sink on its rim.
+
+use std::f64::consts::PI;
+
+use dem_kernel::law::heat::Conduction;
+use dem_node::Dem;
+use protocol::Node;
+use serde_json::{Value, json};
+
+use crate::dem_support::{build, close, march, mass, on_floor, refusal, scene};
+
+/// Radius of the disks (m).
+const R: f64 = 1e-4;
+
+/// Heat capacity (J/(kg K)), conductance (W/K) and temperature of the start (K).
+const CAPACITY: f64 = 500.0;
+const CONDUCTANCE: f64 = 0.02;
+const START: f64 = 300.0;
+
+fn heat(more: Value) -> Value {
+    let mut keys = json!({"capacity_j_per_kg_k": CAPACITY, "conductance_w_per_k": CONDUCTANCE, "start_k": START});
+    let table = keys.as_object_mut().expect("it is a table");
+    table.extend(more.as_object().expect("it is a table").clone());
+    json!({ "heat": keys })
+}
+
+/// A column of `count` disks on a glued disk, under a flat wheel.
+fn column(count: usize, step: f64, heat: Value) -> Value {
+    let disks: Vec<Value> = (0..=count)
+        .map(|i| {
+            let y = (2.0 * i as f64 + 1.0) * R;
+            json!({"x_m": 0.0, "y_m": y, "radius_m": R, "glued": i == 0})
+        })
+        .collect();
+    let sample = json!({"kind": "disks", "disks": disks, "walls": []});
+    let law = json!({"kind": "signorini"});
+    let mut keys = heat;
+    keys["wheel"] =
+        json!({"load_n": 1e-3, "mass_kg": 1e-7, "radius_m": 0.0, "ramp_s": 0.0, "hold_s": 1e3});
+    scene(law, step, sample, keys)
+}
+
+fn result(dem: &mut Dem, name: &str) -> f64 {
+    let results = dem.finish().expect("it ends").results;
+    let found = results.get(name);
+    *found.unwrap_or_else(|| panic!("there is no result {name}"))
+}
+
+/// Deviations from the temperature of both ends decay by 4 H/(m c) sin^2(j pi/(2 (n + 1))), in steps h by 1 + h times this: one disk and two disks
+/// have the first mode alone.
+#[test]
+fn a_column_between_equal_temperatures_decays_by_its_first_mode() {
+    for (count, step) in [(1, 1e-3), (2, 1e-3), (2, 0.015)] {
+        let ends = json!({"held_k": {"base": START + 10.0, "wheel": START + 10.0}});
+        let mut dem = build(&column(count, step, heat(ends)));
+        let sine = (PI / (2.0 * (count as f64 + 1.0))).sin();
+        let rate = 4.0 * CONDUCTANCE / (mass(R) * CAPACITY) * sine * sine;
+        let report = march(&mut dem, 0, 7);
+        let expected = START + 10.0 - 10.0 / (1.0 + step * rate).powi(7);
+        close("mean", report.signal("temperature_mean_k"), expected, 1e-10);
+        close(
+            "highest",
+            report.signal("temperature_max_k"),
+            expected,
+            1e-10,
+        );
+        close("balance", result(&mut dem, "heat_balance_rel"), 0.0, 1e-12);
+    }
+}
+
+/// Five disks between 300 and 400 K: the fifth has 5/6 of the difference, and as much heat enters as leaves.
+#[test]
+fn a_column_between_two_temperatures_becomes_linear() {
+    let ends = json!({"held_k": {"base": 300.0, "wheel": 400.0}, "every_steps": 3});
+    let mut dem = build(&column(5, 0.015, heat(ends)));
+    march(&mut dem, 0, 3000);
+    let before = ["heat_to_base_j", "heat_to_wheel_j"].map(|name| result(&mut dem, name));
+    let report = march(&mut dem, 3000, 300);
+    close("mean", report.signal("temperature_mean_k"), 350.0, 1e-8);
+    let highest = 300.0 + 100.0 * 5.0 / 6.0;
+    close("highest", report.signal("temperature_max_k"), highest, 1e-8);
+    let flow = CONDUCTANCE * 100.0 / 6.0 * 300.0 * 0.015;
+    let after = ["heat_to_base_j", "heat_to_wheel_j"].map(|name| result(&mut dem, name));
+    close("rows", after[0] - before[0], flow, 1e-9 * flow);
+    close("wheel", after[1] - before[1], -flow, 1e-9 * flow);
+}
+
+/// A disk that slides until it rolls loses a third of its energy: this warms it alone over a floor that lets no heat through, and by half over a floor
+/// of one temperature. Its true mass sets its capacity, its scaled mass its energy.
+#[test]
+fn slip_warms_a_disk_by_its_loss() {
+    let law = json!({"kind": "coulomb", "friction": 0.3});
+    let disk = json!([{"x_m": 0.0, "y_m": R, "radius_m": R, "vx_m_per_s": 0.1}]);
+    for (scale, floor_k, share) in [
+        (1.0, None, 1.0),
+        (100.0, None, 1.0),
+        (1.0, Some(START), 0.5),
+    ] {
+        let mut keys = heat(json!({"conductance_w_per_k": 0.0}));
+        keys["heat"]["held_k"] = floor_k.map_or(json!({}), |floor: f64| json!({"floor": floor}));
+        keys["mass_scale"] = json!(scale);
+        let mut dem = on_floor(law.clone(), 1e-5 * scale, 9.81, disk.clone(), &keys);
+        let report = march(&mut dem, 0, 2000);
+        let lost = scale * mass(R) * 0.1 * 0.1 / 6.0;
+        close("friction", report.energy("friction"), lost, 2e-3 * lost);
+        let (slip, jolts) = (report.energy("friction"), report.energy("impact"));
+        let rise = (share * slip + jolts) / (mass(R) * CAPACITY);
+        let found = report.signal("temperature_max_k") - START;
+        close("rise", found, rise, 1e-7 * rise);
+        close("balance", result(&mut dem, "heat_balance_rel"), 0.0, 1e-12);
+        let at = result(&mut dem, "temperature_peak_k") - START;
+        close("peak", at, rise, 1e-7 * rise);
+    }
+}
+
+/// Disks that fall on each other with friction, dampers or impacts, and bonds that break: all that they lose is heat, by the shares.
+#[test]
+fn heat_is_what_the_contacts_lose() {
+    let springs = json!({"kind": "coulomb", "friction": 0.3, "contact_stiffness_pa": 1e8, "tangential_stiffness_ratio": 0.5, "damping": 0.3});
+    let rigid = json!({"kind": "coulomb", "friction": 0.3, "rolling": {"coefficient": 0.1}});
+    let bonds = json!({"kind": "cohesion", "friction": 0.3, "contact_stiffness_pa": 1e8, "damping": 0.3, "tangential_stiffness_ratio": 0.5,
+        "cn_pa_per_m": 1e12, "ct_pa_per_m": 5e11, "w_j_per_m2": 1e-6, "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one", "alert_m": 1e-6, "bonds_min": 0});
+    let mut disks = Vec::new();
+    for row in 0..4 {
+        for column in 0..4 {
+            let (x, y) = (2.0 * R * f64::from(column), 2.0 * R * f64::from(row));
+            let shift = if row % 2 == 1 { 0.7 * R } else { 0.0 };
+            disks.push(json!({"x_m": x + shift, "y_m": y + 1.5 * R, "radius_m": R, "vy_m_per_s": -0.5 + 0.1 * f64::from(column)}));
+        }
+    }
+    for (law, name) in [(springs, "damping"), (rigid, "impact"), (bonds, "bonds")] {
+        let mut keys = heat(
+            json!({"held_k": {"floor": START}, "every_steps": 4, "sources": {"friction": 0.7, "bonds": 0.5}}),
+        );
+        keys["solver"] = json!({"kind": "nsgs", "tolerance": 1e-8, "max_iterations": 20_000, "min_iterations": 1});
+        let mut dem = on_floor(law, 1e-6, 9.81, json!(disks), &keys);
+        let report = march(&mut dem, 0, 3000);
+        let results = dem.finish().expect("it ends").results;
+        let of = |name: &str| results[name];
+        let friction = 0.7 * report.energy("friction");
+        close(
+            "friction",
+            of("heat_friction_j"),
+            friction,
+            1e-12 * friction,
+        );
+        assert!(
+            friction > 0.0 && of(&format!("heat_{name}_j")) > 0.0,
+            "{name}: {results:?}"
+        );
+        assert!(
+            of("heat_to_floor_j") != 0.0 && of("heat_balance_rel") < 1e-12,
+            "{name}: {results:?}"
+        );
+    }
+}
+
+/// Difference of temperature between source and sink of a disk, weighted as the flux 1/sqrt(a^2 - s^2) of strips of one temperature, over heat and
+/// 1/(k t): (4/pi) sum J0(n a/r)^2 / n over odd n, the Fourier series of a disk with this flux on its rim.
+#[test]
+fn the_conductance_is_that_of_a_disk_between_two_strips() {
+    let bessel = |x: f64| {
+        let points = 64 + x as usize;
+        let angles = (0..points).map(|i| (i as f64 + 0.5) * PI / points as f64);
+        angles.map(|angle| (x * angle.sin()).cos()).sum::<f64>() / points as f64
+    };
+    let (conductivity, modulus) = (50.0, 1e8);
+    for ratio in [0.01, 0.05, 0.1, 0.2] {
+        let odd = (0..3000).map(|i| 2 * i + 1);
+        let terms = odd.map(|n| bessel(f64::from(n) * ratio).powi(2) / f64::from(n));
+        let exact = conductivity * PI / (4.0 * terms.sum::<f64>());
+        // Two equal disks: half of each.
+        let width = ratio * R;
+        let force = width * width * PI * modulus / (4.0 * 0.5 * R);
+        let law = Conduction::Hertz {
+            conductivity,
+            modulus,
+        };
+        let found = law.conductance(force, 0.5 * R, [Some(R), Some(R)]);
+        close("two disks", found, exact, 0.02 * exact);
+        let found = law.conductance(force, 0.5 * R, [Some(R), None]);
+        close("disk and body", found, 2.0 * exact, 0.02 * 2.0 * exact);
+    }
+}
+
+#[test]
+fn a_checkpoint_keeps_the_temperatures() {
+    let keys = || heat(json!({"held_k": {"base": 320.0, "wheel": 400.0}, "every_steps": 3}));
+    let mut whole = build(&column(3, 1e-3, keys()));
+    march(&mut whole, 0, 4);
+    let state = whole.checkpoint().expect("it is written");
+    let expected = march(&mut whole, 4, 4).signal("temperature_mean_k");
+    let mut rest = build(&column(3, 1e-3, keys()));
+    rest.restore(&state).expect("it is read");
+    assert_eq!(
+        march(&mut rest, 4, 4).signal("temperature_mean_k"),
+        expected
+    );
+    let [one, other] = [&mut whole, &mut rest].map(|dem| dem.finish().expect("it ends").state_hash);
+    assert_eq!(one, other);
+}
+
+#[test]
+fn heat_without_its_numbers_is_refused() {
+    let refused = |more: Value| refusal(&column(1, 1e-3, heat(more)));
+    let words = [
+        (json!({"conductivity_w_per_m_k": 50.0}), "either"),
+        (json!({"conductance_w_per_k": null}), "either"),
+        (
+            json!({"conductance_w_per_k": null, "conductivity_w_per_m_k": 50.0}),
+            "heat.young_pa",
+        ),
+        (json!({"young_pa": 2e11}), "heat.young_pa"),
+        (
+            json!({"sources": {"friction": 1.5}}),
+            "heat.sources.friction",
+        ),
+        (json!({"start_k": 0.0}), "heat.start_k"),
+        (json!({"held_k": {"lid": 300.0}}), "base, wheel"),
+        (json!({"held_k": {"base": -1.0}}), "heat.held_k.base"),
+    ];
+    for (more, word) in words {
+        let message = refused(more);
+        assert!(message.contains(word), "{message}");
+    }
+}
