@@ -223,7 +223,7 @@ fn heat_without_its_numbers_is_refused() {
             "heat.sources.friction",
         ),
         (json!({"start_k": 0.0}), "heat.start_k"),
-        (json!({"held_k": {"lid": 300.0}}), "base, wheel"),
+        (json!({"held_k": {"lid": 300.0}}), "wheel, base"),
         (json!({"held_k": {"base": -1.0}}), "heat.held_k.base"),
     ];
     for (more, word) in words {

@@ -7,13 +7,14 @@ use kit::results::{ResultKind, results};
 use runs::files::RunFiles;
 
 /// The groups, in the order of a report.
-pub const GROUPS: [&str; 12] = [
+pub const GROUPS: [&str; 13] = [
     "Load and approach",
     "Friction and sliding",
     "Rolling",
     "Cycles of the wheel on grains",
     "Grains",
     "Bonds",
+    "Heat",
     "Flows of third body",
     "Profiles across a layer",
     "Forces and places of sets",
