@@ -117,13 +117,13 @@ impl HeatConfig {
             refuse_if(
                 !(*held > 0.0 && held.is_finite()),
                 &key,
-                &format!("is {held}, and a temperature is above 0"),
+                format!("is {held}, and a temperature is above 0"),
                 "give kelvins",
             )?;
             refuse_if(
                 !known.contains(&name.as_str()),
                 &key,
-                &format!("is no body of this scene, which has {}", known.join(", ")),
+                format!("is no body of this scene, which has {}", known.join(", ")),
                 "give one of these names, or a name to the wall",
             )?;
         }
