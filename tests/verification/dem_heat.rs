@@ -190,6 +190,32 @@ fn the_conductance_is_that_of_a_disk_between_two_strips() {
     }
 }
 
+/// A disk slides on a driven block of two disks, which have no temperatures of their own: half of the loss goes into the block that has one, and nothing
+/// into the block that lets no heat through.
+#[test]
+fn a_cluster_takes_its_half_or_nothing() {
+    for (held, share) in [(json!({"block": START}), 0.5), (json!({}), 0.0)] {
+        let disks = json!([
+            {"x_m": -R, "y_m": -R, "radius_m": R, "cluster": "block"},
+            {"x_m": R, "y_m": -R, "radius_m": R, "cluster": "block"},
+            {"x_m": 0.0, "y_m": (3.0f64.sqrt() - 1.0) * R, "radius_m": R, "spin_rad_per_s": 1e3},
+        ]);
+        let drive = json!({"velocity_m_per_s": [0.0, 0.0]});
+        let clusters = json!([{"name": "block", "drive": drive}]);
+        let sample = json!({"kind": "disks", "disks": disks, "walls": [], "clusters": clusters});
+        let mut keys = heat(json!({"conductance_w_per_k": 0.0, "held_k": held}));
+        keys["gravity_m_per_s2"] = json!([0.0, -9.81]);
+        let law = json!({"kind": "coulomb", "friction": 0.3});
+        let mut dem = build(&scene(law, 1e-5, sample, keys));
+        let report = march(&mut dem, 0, 500);
+        let slip = report.energy("friction");
+        assert!(slip > 0.0);
+        let into = result(&mut dem, "heat_to_block_j");
+        close("block", into, share * slip, 1e-9 * slip);
+        close("balance", result(&mut dem, "heat_balance_rel"), 0.0, 1e-12);
+    }
+}
+
 #[test]
 fn a_checkpoint_keeps_the_temperatures() {
     let keys = || heat(json!({"held_k": {"base": 320.0, "wheel": 400.0}, "every_steps": 3}));

@@ -132,8 +132,9 @@ impl Compliance {
     /// The components that a force moves in windows of these substeps.
     pub fn moves(&self, substeps: u32) -> Vec<bool> {
         let blocks = self.state.by_substeps[&substeps].iter();
-        let diagonals = blocks.flat_map(|block| block.matrix.diagonal().data.as_vec().clone());
-        diagonals.map(|c| c != 0.0).collect()
+        let matrices = blocks.map(|block| &block.matrix);
+        let moves = matrices.flat_map(|c| (0..c.nrows()).map(move |i| c[(i, i)] != 0.0));
+        moves.collect()
     }
 
     /// C (m/N) of each continuum in a full window; `None` unless C is made of the continua's own columns.

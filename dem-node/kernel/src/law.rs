@@ -4,7 +4,7 @@
 //! - `lanes`: numbers side by side;
 //! - [`adhesion`]: attraction of bodies that touch;
 //! - [`cohesion`], [`healing`]: the cohesive zone of a bond, and bonds that grow;
-//! - [`heat`]: what contacts dissipate and let through as heat;
+//! - [`heat`]: sources and conductance of a contact;
 //! - [`local`], [`vector`]: the local problem of a contact, and of several side by side.
 
 pub mod adhesion;

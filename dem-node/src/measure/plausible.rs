@@ -41,7 +41,7 @@ kit::findings! {
     /// - Do: report it.
     /// - Judged: Heat produced, less stored and conducted away, and less its share of the losses in the ledger, over the sum of their sizes.
     /// - Valid: 1e-13.
-    /// - Wrong: 1 (friction without its heat).
+    /// - Wrong: 4e-4 (impacts of a sliding disk without the part of the scheme).
     HEAT_BALANCE = "heat_balance": heat_balance_rel in dem = [1e-9, 1e-6];
     /// A grain is hotter than solids with these properties are.
     ///
@@ -49,8 +49,8 @@ kit::findings! {
     ///   speed has another unit.
     /// - Do: give `heat.held_k`, or look at the units.
     /// - Judged: Highest temperature of a grain (K); steel melts at 1 800 K.
-    /// - Valid: 400 (`third-body-shear` with heat).
-    /// - Wrong: 1e5 (capacity in J/(g K)).
+    /// - Valid: 729 (`third-body-shear-heat`, seed 2).
+    /// - Wrong: 4e5 (the same with its capacity in J/(g K), by the ratio of the rises).
     GRAIN_TEMPERATURE = "grain_temperature": grain_temperature_k in dem = [1500.0, 1e4];
     /// The force below the layer differs from the wheel's during the hold.
     ///

@@ -24,7 +24,7 @@ use parts::{FieldScene, cells, points, poly_data};
 ///
 /// Data of the disks: radius_m (0 for fed grains in store, the present radius of growing ones), displacement_since_start_m (0 for fed grains; the
 /// points include it, unlike a mesh's points and its displacement_m), velocity_m_per_s, spin_rad_per_s, glued, pressure_pa, coordination (contacts
-/// that press), temperature_k (with `heat`; NaN for disks that are no grains). Where bonds or adhesion hold grains together also agglomerate_grains (number of grains in its agglomerate); with a wheel of disks
+/// that press), temperature_k (with `heat`, of grains and of clusters with a held one; NaN for other disks). Where bonds or adhesion hold grains together also agglomerate_grains (number of grains in its agglomerate); with a wheel of disks
 /// wheel, 1 for its disks; in a sample with clusters cluster, -1 for single disks; where flows are measured body (0 first body, 1 third body, 2
 /// initial stock, 3 fed in) and detached_s, -1 for grains that never were detached.
 pub fn write(folder: &Path, stem: &str, scene: &FieldScene) -> Result<(), DemError> {

@@ -72,6 +72,7 @@ impl Node for ReducedNode {
         }
         self.committed = committed;
         (self.pending, self.free, self.far) = (None, None, None);
+        self.suspected = false;
         if self.state_hash() != hash {
             return foreign("the hash of its numbers differs");
         }

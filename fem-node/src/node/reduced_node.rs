@@ -52,7 +52,7 @@ pub struct ReducedNode {
     /// Last window advanced: index, number of steps, force and displacements.
     pub(super) pending: Option<(u64, u32, [Vec<f64>; 2])>,
     /// True after a window with more kinetic energy than the loads gave.
-    suspected: bool,
+    pub(super) suspected: bool,
     /// The committed state in the reported components only.
     pub(super) seen: NodalState,
 }

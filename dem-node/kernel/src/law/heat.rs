@@ -1,6 +1,6 @@
-//! Heat in grains: what a contact dissipates, and what it lets through.
+//! Heat in grains: sources and conductance of a contact.
 //!
-//! What a contact dissipates warms its two bodies, half each. Heat passes through contacts that press, with the conductance
+//! The losses of a contact warm its two bodies, half each. Heat passes through contacts that press, with the conductance
 //! ```text
 //! H = pi k t / (ln(4 r_i/a) + ln(4 r_j/a))
 //! ```

@@ -62,8 +62,7 @@ impl Stepper {
         let capacities: Vec<f64> = (0..heat.rises.len()).map(capacity).collect();
         let ends = links.conducted(&capacities, &heat.rises);
         // The temperatures follow from the heat that passes at the ends found, so that none is lost.
-        let mut received = vec![0.0; ends.len()];
-        links.received(&ends, &mut received);
+        let received = links.received(&ends, 1.0);
         for (grain, group, beside, h) in &links.outer {
             heat.conducted[*group] -= h * (beside - ends[*grain]);
         }

@@ -16,16 +16,18 @@ pub struct Links {
 }
 
 impl Links {
-    /// Heat that each grain receives at these rises of the temperatures (J).
-    pub fn received(&self, rises: &[f64], received: &mut [f64]) {
+    /// Heat that each grain receives at these rises of the temperatures (J); the bodies beside have their rises times `beside`.
+    pub fn received(&self, rises: &[f64], beside: f64) -> Vec<f64> {
+        let mut received = vec![0.0; rises.len()];
         for ([i, j], h) in &self.inner {
             let flow = h * (rises[*j] - rises[*i]);
             received[*i] += flow;
             received[*j] -= flow;
         }
-        for (grain, _, beside, h) in &self.outer {
-            received[*grain] += h * (beside - rises[*grain]);
+        for (grain, _, held, h) in &self.outer {
+            received[*grain] += h * (beside * held - rises[*grain]);
         }
+        received
     }
 
     /// The rises after the conduction, up to [`TOLERANCE`]: T + d with (C + h L) d = -h L T, by conjugate gradients with the diagonal.
@@ -36,8 +38,7 @@ impl Links {
             diagonal[*j] += h;
         }
         self.outer.iter().for_each(|(i, .., h)| diagonal[*i] += h);
-        let mut residual = vec![0.0; start.len()];
-        self.received(start, &mut residual);
+        let mut residual = self.received(start, 1.0);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let scaled =
             |r: &[f64]| -> Vec<f64> { r.iter().zip(&diagonal).map(|(r, d)| r / d).collect() };
@@ -50,19 +51,10 @@ impl Links {
             if size <= enough {
                 break;
             }
-            let mut image: Vec<f64> = direction
-                .iter()
-                .zip(capacities)
-                .map(|(d, c)| c * d)
-                .collect();
-            for ([i, j], h) in &self.inner {
-                let flow = h * (direction[*j] - direction[*i]);
-                image[*i] -= flow;
-                image[*j] += flow;
-            }
-            for (i, .., h) in &self.outer {
-                image[*i] += h * direction[*i];
-            }
+            let flows = self.received(&direction, 0.0);
+            let stored = direction.iter().zip(capacities);
+            let image = stored.zip(&flows).map(|((d, c), flow)| c * d - flow);
+            let image: Vec<f64> = image.collect();
             let step = size / dot(&direction, &image);
             for ((end, r), (d, a)) in ends
                 .iter_mut()

@@ -56,9 +56,9 @@ pub struct Heat {
     pub conducted: Vec<f64>,
     /// Loss in the dampers of driven clusters (J), which are no contacts: it warms nothing.
     pub drives: f64,
-    /// The highest of them so far (K).
+    /// The highest rise so far (K).
     pub peak: f64,
-    /// Where and when: x, y (m), t (s).
+    /// Place and time of the highest rise: x, y (m), t (s).
     pub peak_at: [f64; 3],
     /// Steps and time (s) since the last conduction.
     pub waited: (u32, f64),

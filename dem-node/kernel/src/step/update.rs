@@ -146,9 +146,11 @@ impl Stepper {
             state.worn.rub(*segment, *work);
         }
         self.update_couples(state, input, &mut slots, &mut outer.warmed);
-        let torn = self.torn.iter();
-        let torn = torn.map(|(pair, loss)| PairHeat::of(*pair, loss));
-        outer.warmed.extend(torn);
+        if input.bodies.heat.is_some() {
+            let torn = self.torn.iter();
+            let torn = torn.map(|(pair, loss)| PairHeat::of(*pair, loss));
+            outer.warmed.extend(torn);
+        }
         self.update_attractions(state, input, &slots, (&mut summary, &mut outer));
         bonds.retain(|bond| bond.adhesion > 0.0);
         self.make_bonds(state, input, &mut slots, &mut bonds);
@@ -186,7 +188,9 @@ impl Stepper {
             };
             let loss = rigid_loss(&step, [0.0, couple.impulse]);
             state.ledger.lose(&loss);
-            warmed.push(PairHeat::of([slot.a, slot.b], &loss));
+            if input.bodies.heat.is_some() {
+                warmed.push(PairHeat::of([slot.a, slot.b], &loss));
+            }
         }
     }
 
