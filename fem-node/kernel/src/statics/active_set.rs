@@ -279,17 +279,24 @@ impl ActiveSet {
             }
             let (normal, tangential) = (self.normal[node], self.tangential[node]);
             let excess = tangential.abs() - target.friction * normal;
-            let against = -slip * self.status[node].direction() / edge.known.scale;
+            // The force that would have held a node which slips against its own; an open node has no direction.
+            let against = match self.status[node] {
+                ContactStatus::Open => slip / edge.known.scale,
+                status => -slip * status.direction() / edge.known.scale,
+            };
             let gap = face.gap(node, self.wheel, self.u[node]) / edge.known.scale;
             let (violation, status) = match self.status[node] {
-                ContactStatus::Open if friction_acts => (-gap, ContactStatus::Stick),
+                ContactStatus::Open if friction_acts => {
+                    (-gap, held_or(slip, against.abs() > -gap * target.friction))
+                }
                 ContactStatus::Open => (-gap, ContactStatus::slipping(slip)),
                 _ if normal < -zero => (-normal, ContactStatus::Open),
                 _ if !friction_acts => (0.0, self.status[node]),
                 ContactStatus::Stick => (excess, ContactStatus::slipping(tangential)),
-                ContactStatus::SlipForward | ContactStatus::SlipBackward => {
-                    (against, ContactStatus::Stick)
-                }
+                ContactStatus::SlipForward | ContactStatus::SlipBackward => (
+                    against,
+                    held_or(slip, against > 2.0 * target.friction * normal),
+                ),
             };
             if violation > zero {
                 changes.push(StatusChange {
@@ -333,6 +340,15 @@ impl ActiveSet {
         };
         let reach = first.saturating_sub(REACH)..(last + REACH + 1).min(edge.free.len());
         reach.filter(|node| !edge.knows(*node)).collect()
+    }
+}
+
+/// Slip in this direction where a trial force is beyond the cone, else stick.
+fn held_or(slip: f64, beyond: bool) -> ContactStatus {
+    if beyond {
+        ContactStatus::slipping(slip)
+    } else {
+        ContactStatus::Stick
     }
 }
 
