@@ -52,6 +52,7 @@ impl Node for Dem {
                 compliant_boundary: glued,
                 alone: self.time.own_step.is_some(),
                 resume: true,
+                heat: glued && self.bodies.heat.is_some(),
                 ..Capabilities::default()
             },
             step_s: self.time.own_step,
@@ -177,6 +178,39 @@ impl Node for Dem {
         state.carry_surface(bodies);
         self.record(window.t0_s, window.t1_s, &summary);
         Ok(self.report(&summary))
+    }
+
+    fn take_temperatures(
+        &mut self,
+        window: &Window,
+        temperature: &[f64],
+    ) -> Result<Vec<f64>, NodeError> {
+        let bodies = &self.bodies;
+        let disks = &self.interface.disks;
+        let Some(law) = bodies
+            .heat
+            .as_ref()
+            .filter(|_| temperature.len() == disks.len())
+        else {
+            return Ok(request(format!(
+                "window {} brings {} temperatures for {} glued disks, and `heat` must be given",
+                window.index,
+                temperature.len(),
+                disks.len()
+            ))?);
+        };
+        let bases = ["base", "lid"].map(|name| law.held_by_name(name));
+        if bases.into_iter().flatten().next().is_some() {
+            let why = "the interface gives the temperatures of base and lid, and heat.held_k holds one of them: remove it there";
+            return Err(NodeError::of(Cause::ConflictingKeys, why.to_string()));
+        }
+        require_numbers("a temperature of a glued disk", window, temperature)?;
+        let rises: Vec<f64> = temperature
+            .iter()
+            .map(|kelvins| kelvins - law.start)
+            .collect();
+        let heat = &mut self.progress.state.heat;
+        Ok(heat.exchange(bodies.boundary_points(), disks, &rises))
     }
 
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {

@@ -103,10 +103,16 @@ pub enum FemError {
         step_s: f64,
         limit_s: f64,
     },
+    #[error("it has no `heat` and takes none: give it [participant.config.heat]")]
+    NoHeat,
     #[error(
         "its set `{set}` cannot be coupled: the body carries a wheel of its own on its upper edge; remove [participant.config.wheel], or give the wheel to the other participant"
     )]
     CoupledWithWheel { set: String },
+    #[error(
+        "its set `{set}` cannot be coupled: the body has `heat`, whose layers lie below `top`; couple `top`, or remove [participant.config.heat]"
+    )]
+    CoupledWithHeat { set: String },
     #[error(
         "it cannot follow a velocity on its coupled set: its material is nonlinear, or it carries a wheel of its own; give it an elastic small-strain material, or join it by scheme = \"dual-schur-secant\""
     )]
@@ -181,6 +187,7 @@ impl FemError {
             FemError::UnknownSet { .. } => Cause::UnknownSet,
             FemError::SupportedSet | FemError::MovedSet { .. } => Cause::SetIsHeld,
             FemError::CoupledWithWheel { .. } => Cause::WheelOnCoupledBody,
+            FemError::CoupledWithHeat { .. } | FemError::NoHeat => Cause::NotOffered,
             FemError::CoupledStatics { .. } => Cause::StaticBodyCoupled,
             FemError::NoPrescribedVelocity => Cause::NotOffered,
             FemError::NearTooShort { .. } => Cause::OutOfRange,

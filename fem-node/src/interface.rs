@@ -32,6 +32,9 @@ impl Interface {
             set: set.into(),
             known: coupling_sets(model).join(", "),
         };
+        if model.heat.is_some() && set != Edge::Top.name() {
+            return Err(FemError::CoupledWithHeat { set: set.into() });
+        }
         if set == Edge::Bottom.name() && model.supported {
             return Err(FemError::SupportedSet);
         }

@@ -4,10 +4,12 @@
 //! - [`boundary`]: loads and prescribed motions of named sets;
 //! - [`motion`]: prescribed motions over time;
 //! - `initial`: initial velocities;
+//! - `heat`: temperatures;
 //! - `rolling`: a wheel that rolls along the body;
 //! - `probe_points`: the points whose motion is reported.
 
 pub mod boundary;
+pub(crate) mod heat;
 pub(crate) mod initial;
 pub mod motion;
 pub(crate) mod probe_points;
@@ -107,6 +109,8 @@ pub struct Model {
     pub(crate) roll: Option<rolling::Roll>,
     /// Radius of the wheel's face (m), 0 for a flat face or without a wheel.
     pub(crate) wheel_radius: f64,
+    /// The heat of the body, where it has one.
+    pub(crate) heat: Option<heat::BodyHeat>,
     /// Bounds of the checks of plausibility.
     pub(crate) plausible: FemPlausible,
 }
@@ -178,6 +182,7 @@ impl Model {
         warnings.extend(held);
         Ok(Model {
             size: mesh.size(),
+            heat: heat::BodyHeat::new(config, &mesh, thickness)?,
             mesh,
             elastic,
             law,
@@ -247,6 +252,16 @@ impl Model {
             thickness: self.thickness,
             tractions,
         }
+    }
+
+    /// Temperatures of all nodes (K).
+    pub(crate) fn temperatures(&self, state: &heat::HeatState) -> Vec<f64> {
+        let heat = self.heat.iter();
+        let nodes = heat.flat_map(|heat| {
+            let rise = |node| heat.start + heat.body.rise(&state.field, node);
+            self.mesh.nodes().map(rise)
+        });
+        nodes.collect()
     }
 
     /// 4 L / c_p (s), the first period of a column of the largest height L, held at its base and free at its top: a pressure wave crosses it four

@@ -21,7 +21,7 @@ macro_rules! kinds {
 
         impl Kind {
             /// The names of the kinds in logs, topics, exports and messages. They stay when a variant is renamed.
-            pub const WORDS: [(Kind, &'static str); 29] = [$((Kind::$name, $word),)*];
+            pub const WORDS: [(Kind, &'static str); 33] = [$((Kind::$name, $word),)*];
         }
     };
 }
@@ -85,6 +85,14 @@ kinds! {
     PrescribeVelocity = 28, "Follow";
     /// Answer to `PrescribeVelocity`: force (N) at the end of the window, then displacement increments (m), then work (J).
     Reaction = 29, "Reaction";
+    /// Request: heat (J) that has entered at each exchanged point since the last one.
+    TakeHeat = 30, "Heat";
+    /// Answer to `TakeHeat`: temperature (K) of each exchanged point.
+    Temperatures = 31, "Temperatures";
+    /// Request: temperature (K) of the body at each glued point.
+    TakeTemperatures = 32, "Surroundings";
+    /// Answer to `TakeTemperatures`: heat (J) that has left at each glued point since the last one.
+    HeatGiven = 33, "Given";
 }
 
 impl Kind {

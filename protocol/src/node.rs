@@ -82,6 +82,23 @@ pub trait Node: Send {
     /// [`Description::signals`], then the values of [`Description::ledger`].
     fn commit(&mut self, window: &Window, displacement: &[f64]) -> Result<Vec<f64>, NodeError>;
 
+    /// Takes the heat (J) that has entered at each exchanged point since the last call, one number a point, and returns their temperatures (K). It
+    /// comes between two windows, after a [`Node::commit`].
+    fn take_heat(&mut self, window: &Window, heat: &[f64]) -> Result<Vec<f64>, NodeError> {
+        let _ = (window, heat);
+        Err(NodeError::unsupported("heat through its surface"))
+    }
+
+    /// Takes the temperatures (K) of the body at each glued point, one number a point, and returns the heat (J) that has left there since the last call.
+    fn take_temperatures(
+        &mut self,
+        window: &Window,
+        temperature: &[f64],
+    ) -> Result<Vec<f64>, NodeError> {
+        let _ = (window, temperature);
+        Err(NodeError::unsupported("heat into its boundary"))
+    }
+
     /// Advances alone by [`Window::substeps`] own steps, without interface, and commits. Returns what
     /// [`Node::commit`] returns.
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
@@ -270,6 +287,9 @@ pub struct Capabilities {
     /// [`Node::checkpoint`] and [`Node::restore`]; false for a program that does not know this key.
     #[serde(default)]
     pub resume: bool,
+    /// [`Node::take_heat`] of a continuum, [`Node::take_temperatures`] of a layer; left out where false.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub heat: bool,
 }
 
 impl Capabilities {

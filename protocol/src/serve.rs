@@ -227,6 +227,14 @@ impl<'a> Server<'a> {
                     )));
                 }
             }
+            Ok(kind @ (Kind::TakeHeat | Kind::TakeTemperatures)) => {
+                if let Some(due) = self.components.filter(|due| *due != 2 * length) {
+                    return Err(NodeError::protocol(format!(
+                        "the {kind:?} message holds {length} numbers instead of {}: one for each selected point",
+                        due / 2
+                    )));
+                }
+            }
             _ => {}
         }
         Ok(())
@@ -364,6 +372,8 @@ fn answer(node: &mut dyn Node, request: &Frame) -> Result<Answer, NodeError> {
             (Kind::Force, pack_boundary_answer(answer))
         }
         Kind::Commit => (Kind::Report, node.commit(&window, numbers)?),
+        Kind::TakeHeat => (Kind::Temperatures, node.take_heat(&window, numbers)?),
+        Kind::TakeTemperatures => (Kind::HeatGiven, node.take_temperatures(&window, numbers)?),
         Kind::AdvanceAlone => (Kind::Report, node.advance_alone(&window)?),
         Kind::Snapshot => {
             let name = request.text().map_err(unreadable)?;

@@ -178,6 +178,14 @@ impl Node for Willing {
         Ok(Vec::new())
     }
 
+    fn take_heat(&mut self, _: &Window, _: &[f64]) -> Result<Vec<f64>, NodeError> {
+        Ok(Vec::new())
+    }
+
+    fn take_temperatures(&mut self, _: &Window, _: &[f64]) -> Result<Vec<f64>, NodeError> {
+        Ok(Vec::new())
+    }
+
     fn advance_alone(&mut self, _: &Window) -> Result<Vec<f64>, NodeError> {
         Ok(Vec::new())
     }

@@ -3,6 +3,7 @@
 mod added_mass;
 mod columns;
 mod gmsh_interface;
+mod heat;
 mod impact;
 mod main_job;
 mod mapping;

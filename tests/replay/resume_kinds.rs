@@ -82,6 +82,19 @@ fn a_layer_that_repeats_between_two_rails_resumes() {
 }
 
 #[test]
+fn heat_through_an_interface_resumes() {
+    let sets = [
+        "run.end_s=1e-4",
+        "run.output.exchange=true",
+        "run.checkpoint_every_windows=37",
+        "run.checkpoints_kept=100",
+    ];
+    let scene = loaded(&shipped("wheel-rail-heat"), &sets);
+    let (count, _, _) = resume_from_all(&scene, "resume-heat");
+    assert!(count >= 3, "{count}");
+}
+
+#[test]
 fn a_strip_that_reciprocates_on_its_layer_resumes() {
     let sets = [
         "participant.upper.config.time.end_s=4e-5",

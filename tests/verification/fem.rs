@@ -16,6 +16,7 @@ mod fem_gmsh_joints;
 mod fem_gmsh_patch;
 mod fem_gmsh_refuse;
 mod fem_gmsh_same;
+mod fem_heat;
 mod fem_load_table;
 mod fem_locking;
 mod fem_manufactured;

@@ -42,7 +42,7 @@ const FORCE: &[Part] = &[Part::ForceDriven];
 const MOTION: &[Part] = &[Part::MotionDriven];
 
 /// The tests in order; launches that end early come last.
-const TESTS: [Test; 23] = [
+const TESTS: [Test; 25] = [
     (Rule::SameBits, ALL, all_parts::same_bits),
     (Rule::Repeats, JOINED, all_parts::repeats),
     (Rule::Rollback, JOINED, all_parts::rollback),
@@ -56,6 +56,8 @@ const TESTS: [Test; 23] = [
     (Rule::Velocity, FORCE, continuum::velocity),
     (Rule::Boundary, MOTION, layer::boundary),
     (Rule::Convergence, MOTION, layer::convergence),
+    (Rule::Heat, FORCE, continuum::heat),
+    (Rule::Heat, MOTION, layer::heat),
     (Rule::Report, ALL, all_parts::report),
     (Rule::Work, JOINED, all_parts::work),
     (Rule::Balance, ALL, all_parts::balance),

@@ -33,10 +33,11 @@ pub struct Listed {
 }
 
 /// Folders of scenes in the order of the list; scenes without a folder come first.
-const FOLDERS: [&str; 6] = [
+const FOLDERS: [&str; 7] = [
     "foreign",
     "verification",
     "rolling",
+    "heat",
     "benchmarks",
     "extremes",
     "studies",

@@ -9,6 +9,7 @@ use super::compliance::{Compliance, ComplianceState};
 use super::criteria::{Motions, leaking};
 use super::fixed_point::FixedPoint;
 use super::group::Group;
+use super::heat::HeatState;
 use super::ledger::{InterfaceLedger, PointMotion, total};
 use super::participants::Participants;
 use super::problem::WindowProblem;
@@ -30,6 +31,8 @@ pub struct Coupling {
     pub state: InterfaceState,
     /// Ledger of each interface of the group.
     pub ledgers: Vec<InterfaceLedger>,
+    /// Heat through the interfaces.
+    pub heat: HeatState,
 }
 
 /// The part of a coupling that windows change. The rest follows from the scenario and the handshake.
@@ -38,6 +41,7 @@ pub struct CouplingState {
     compliance: ComplianceState,
     state: InterfaceState,
     ledgers: Vec<InterfaceLedger>,
+    heat: HeatState,
 }
 
 impl Coupling {
@@ -57,6 +61,7 @@ impl Coupling {
             compliance: Compliance::new(ComplianceSource::of(&scheme), factor),
             state: InterfaceState::at_rest(group.nodes.len(), group.points.len()),
             ledgers: vec![InterfaceLedger::default(); group.patches.len()],
+            heat: HeatState::default(),
             group,
         }
     }
@@ -79,6 +84,9 @@ impl Coupling {
         window: Window,
         following: impl Fn(&Window) -> Option<Window>,
     ) -> Result<Attempt> {
+        if self.group.heat_every.is_some() {
+            self.heat.begin(&self.group, participants, &window)?;
+        }
         let mut solved = match self.solve(participants, window) {
             Err(SchemeError::NotFinite(_)) if self.may_halve(&window) => return Ok(self.halve()),
             solved => solved?,
@@ -197,10 +205,18 @@ impl Coupling {
         let sides = sides.chain(&self.group.motion_driven);
         let reports = sides.map(|side| Ok((side.peer, participants.report(side.peer)?)));
         let reports: Result<_> = reports.collect();
-        Ok(AcceptedWindow {
-            signals,
-            reports: reports?,
-        })
+        let reports = reports?;
+        if self.exchanges_heat(&solved.window) {
+            self.heat
+                .exchange(&self.group, participants, &solved.window)?;
+        }
+        Ok(AcceptedWindow { signals, reports })
+    }
+
+    /// True for a window after which heat is exchanged.
+    fn exchanges_heat(&self, window: &Window) -> bool {
+        let every = self.group.heat_every.map(u64::from);
+        every.is_some_and(|every| (window.index + 1).is_multiple_of(every))
     }
 
     /// Has all sides accept the window. Where the scheme begins the next window with a run of the force-driven sides
@@ -211,7 +227,8 @@ impl Coupling {
         window: &Window,
         next: Option<Window>,
     ) -> Result<()> {
-        let next = next.filter(|_| matches!(self.scheme, CouplingScheme::DualSchur { .. }));
+        let early = matches!(self.scheme, CouplingScheme::DualSchur { .. });
+        let next = next.filter(|_| early && !self.exchanges_heat(window));
         for side in &self.group.force_driven {
             participants.accept(side.peer, &side.window(window), &[])?;
             if let Some(next) = &next {
@@ -271,6 +288,7 @@ impl Coupling {
             compliance: self.compliance.state.clone(),
             state: self.state.clone(),
             ledgers: self.ledgers.clone(),
+            heat: self.heat.clone(),
         }
     }
 
@@ -289,6 +307,7 @@ impl Coupling {
         }
         self.compliance.state = state.compliance.clone();
         (self.state, self.ledgers) = (state.state.clone(), state.ledgers.clone());
+        self.heat = state.heat.clone();
         Ok(())
     }
 

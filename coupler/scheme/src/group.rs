@@ -31,6 +31,8 @@ pub struct Group {
     /// Windows in integer steps. With several force-driven participants the step is the longest that is a whole number
     /// of steps of each.
     pub clock: Clock,
+    /// Windows from one exchange of heat to the next, where heat passes.
+    pub heat_every: Option<u32>,
 }
 
 /// Difference between two joined surfaces.

@@ -45,13 +45,44 @@ fn join_group(participants: &mut dyn Participants, interfaces: Vec<&Interface>) 
         pairs.push(pair);
     }
     refuse_two_roles(participants, &pairs)?;
+    let heat_every = heat_every(participants, &interfaces, &pairs)?;
     let clock = clock(participants, &interfaces, &pairs)?;
     let pairs = interfaces.iter().zip(pairs);
     let seams = pairs.map(|(interface, pair)| seam(participants, interface, pair));
     let seams = seams.collect::<Result<Vec<Seam>>>()?;
     refuse_shared(participants, &interfaces, &seams)?;
     select(participants, &seams)?;
-    Ok(assemble(&interfaces, &seams, clock))
+    Ok(Group {
+        heat_every,
+        ..assemble(&interfaces, &seams, clock)
+    })
+}
+
+/// Windows from one exchange of heat to the next, the same for all interfaces of the group.
+fn heat_every(
+    participants: &dyn Participants,
+    interfaces: &[&Interface],
+    pairs: &[Pair],
+) -> Result<Option<u32>> {
+    let first = interfaces[0].heat_every_windows;
+    for (interface, pair) in interfaces.iter().zip(pairs) {
+        let peers = [pair.force_driven.peer, pair.motion_driven.peer];
+        let cold = |peer: &usize| !participants.description(*peer).capabilities.heat;
+        let problem = match (interface.heat_every_windows, peers.into_iter().find(cold)) {
+            (every, _) if every != first => {
+                let leader = &interfaces[0].name;
+                format!("differs from the one of the connected interface `{leader}`")
+            }
+            (Some(_), Some(peer)) => {
+                let name = participants.name(peer);
+                format!("exchanges heat, but participant `{name}` has none there: give it `heat`, or remove the key")
+            }
+            (None, None) => "is missing: both sides have heat: write heat_every_windows = 100, or remove the heat of one".into(),
+            _ => continue,
+        };
+        return Err(Unfit::interface_key(interface, "heat_every_windows", problem).into());
+    }
+    Ok(first)
 }
 
 /// A set of a participant.
@@ -395,6 +426,7 @@ fn assemble(interfaces: &[&Interface], seams: &[Seam], clock: Clock) -> Group {
         points: layers.surface,
         mapping,
         clock,
+        heat_every: None,
     }
 }
 

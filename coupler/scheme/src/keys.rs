@@ -51,6 +51,10 @@ pub struct Interface {
     /// not converged. Not judged when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub energy_defect_max_rel: Option<f64>,
+    /// Windows from one exchange of heat and temperatures to the next; required where both sides have heat, refused
+    /// where one has none.
+    #[schemars(range(min = 1))]
+    pub heat_every_windows: Option<u32>,
     /// What happens to a window that did not converge.
     #[serde(default)]
     pub on_not_converged: Policy,

@@ -79,7 +79,7 @@
 //! - [`participants`]: the trait through which schemes call solvers;
 //! - [`join`](mod@join): the interfaces of a scenario made ready for their first window;
 //! - [`source`], [`compliance`]: C of the continua, and the boundary that the contacts get from it;
-//! - [`window`]: the answers of all sides; [`criteria`]: their judgement; [`vectors`], [`problem`]: a window as a scheme sees it;
+//! - [`heat`]: heat through the interfaces; [`window`]: the answers of all sides; [`criteria`]: their judgement; [`vectors`], [`problem`]: a window as a scheme sees it;
 //! - [`dual_schur`], [`velocity`], [`staggered`], [`fixed_point`] with [`acceleration`], [`neumann_dirichlet`]: one
 //!   scheme in each file;
 //! - [`coupling`]: a group with its scheme, its state and its policy;
@@ -134,6 +134,7 @@ pub mod criteria;
 pub mod dual_schur;
 pub mod fixed_point;
 pub mod group;
+pub mod heat;
 pub mod join;
 pub mod ledger;
 pub mod mapping;

@@ -153,6 +153,26 @@ impl Mapping {
         result
     }
 
+    /// N applied to one number a node.
+    pub fn means(&self, nodal: &[f64]) -> Vec<f64> {
+        let mean = |row: &Vec<(usize, f64)>| {
+            let parts = row.iter().map(|(node, weight)| weight * nodal[*node]);
+            parts.sum()
+        };
+        self.rows.iter().map(mean).collect()
+    }
+
+    /// N^T applied to one number a point; their sum stays, except for rounding.
+    pub fn spread(&self, point: &[f64]) -> Vec<f64> {
+        let mut result = vec![0.0; self.nodes];
+        for (value, row) in point.iter().zip(&self.rows) {
+            for (node, weight) in row {
+                result[*node] += weight * value;
+            }
+        }
+        result
+    }
+
     /// N C N^T for a nodal matrix C (2 nodes x 2 nodes): the compliance that the points feel.
     pub fn condense(&self, nodal: &DMatrix<f64>) -> DMatrix<f64> {
         self.motions(&self.motions(nodal))

@@ -8,7 +8,7 @@
 use nalgebra::DMatrix;
 use protocol::{BoundaryAnswer, Description, Reaction, Surface, Window};
 
-use crate::error::Result;
+use crate::error::{Result, Unfit};
 
 /// A window as requested from a participant, by component.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +19,15 @@ pub enum Request<'a> {
     PrescribeVelocity(&'a [f64]),
     /// A contact solve on a boundary with this free velocity a_g (m/s).
     Solve(&'a [f64]),
+}
+
+/// Heat or temperatures of a participant's exchanged points, one number a point.
+#[derive(Clone, Copy, Debug)]
+pub enum HeatRequest<'a> {
+    /// Heat that has entered a continuum (J); it answers its temperatures (K).
+    Heat(&'a [f64]),
+    /// Temperatures of the boundary of a layer (K); it answers the heat that has left there (J).
+    Temperatures(&'a [f64]),
 }
 
 /// The participants of a run, in any process.
@@ -82,6 +91,18 @@ pub trait Participants {
     fn begin_early(&mut self, peer: usize, window: &Window, force: &[f64]) -> Result<()> {
         let _ = (peer, window, force);
         Ok(())
+    }
+
+    /// Exchanges heat and temperatures between two windows; the answer has as many numbers. A participant without heat is not asked.
+    fn exchange_heat(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        request: HeatRequest,
+    ) -> Result<Vec<f64>> {
+        let _ = (window, request);
+        let problem = "has no heat to exchange";
+        Err(Unfit::participant(self.name(peer), problem).into())
     }
 
     /// The report of an accepted window: signals, then energies (J).

@@ -49,6 +49,8 @@ enum Suite {
     Benchmarks,
     /// Wheels that roll: creep curves of line contacts, rails in motion, and grains.
     Rolling,
+    /// Heat in bodies and grains: half-spaces, a moving source, a column of disks, and what a layer dissipates.
+    Heat,
     /// Inputs at their limits: computed correctly, refused by name, or detected.
     Extremes,
     /// Shipped scenes with other seeds, loads, layers, friction and substeps, all without warnings; takes minutes.

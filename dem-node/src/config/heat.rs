@@ -28,6 +28,10 @@ pub struct HeatConfig {
     /// Conductance of every contact that presses (W/K), in place of `conductivity_w_per_m_k`.
     #[schemars(range(min = 0.0))]
     pub conductance_w_per_k: Option<f64>,
+    /// Width over which the heat of a contact spreads in a body that is no grain (m): the length of its elements. Such a body resists nothing when
+    /// absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub spread_m: Option<f64>,
     /// Temperature of the grains at the start (K).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub start_k: f64,
@@ -103,6 +107,12 @@ impl HeatConfig {
                 "conducts through the width of a contact, which heat.young_pa and heat.poisson set",
                 "give all three keys, or heat.conductance_w_per_k",
             ),
+            (
+                self.spread_m.is_some() && self.conductivity_w_per_m_k.is_none(),
+                "heat.spread_m",
+                "has no effect beside heat.conductance_w_per_k, which is the same for every contact",
+                "remove it",
+            ),
         ];
         refusals
             .into_iter()
@@ -149,6 +159,7 @@ impl HeatConfig {
             (Some(conductivity), _) => Conduction::Hertz {
                 conductivity: conductivity * thickness,
                 modulus: 0.5 * young / (1.0 - poisson * poisson) * thickness,
+                spread: self.spread_m,
             },
             (None, conductance) => Conduction::Constant(conductance.unwrap_or(0.0)),
         };

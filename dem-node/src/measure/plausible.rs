@@ -10,7 +10,7 @@ use crate::measure::cycles::WheelCycles;
 use crate::measure::flow::Flow;
 use crate::measure::report::{RunStatistics, ejected_grains, inside_grains};
 use kit::cycle_drift::CYCLE_DRIFT;
-use kit::finding::{NOT_CONVERGED, WHEEL_AT_REST};
+use kit::finding::{HEAT_BALANCE, NOT_CONVERGED, WHEEL_AT_REST};
 use kit::judge;
 use kit::wheel::WheelProgram;
 
@@ -35,14 +35,6 @@ kit::findings! {
     /// - Valid: 0 (`third-body-steady`).
     /// - Wrong: 0.044 (a quarter of its feed, seed 2).
     NOT_STEADY = "not_steady": not_steady_rel in dem = [0.01, 0.5];
-    /// Heat was lost, or made without a loss of the contacts.
-    ///
-    /// - Why: an error of the program.
-    /// - Do: report it.
-    /// - Judged: Heat produced, less stored and conducted away, and less its share of the losses in the ledger, over the sum of their sizes.
-    /// - Valid: 1e-13.
-    /// - Wrong: 4e-4 (impacts of a sliding disk without the part of the scheme).
-    HEAT_BALANCE = "heat_balance": heat_balance_rel in dem = [1e-9, 1e-6];
     /// A grain is hotter than solids with these properties are.
     ///
     /// - Why: heat does not leave through contacts, surroundings without a temperature keep it, or capacity, conductivity or a

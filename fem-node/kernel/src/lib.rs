@@ -173,6 +173,7 @@
 
 pub mod element;
 pub mod error;
+pub mod heat;
 pub mod integrate;
 pub mod interface;
 pub mod material;

@@ -24,7 +24,9 @@ impl FemConfig {
         self.check_period()?;
         self.check_boundary()?;
         self.check_initial()?;
-        self.check_reduced()
+        self.check_reduced()?;
+        let heat = self.heat.as_ref();
+        heat.map_or(Ok(()), |heat| heat.check(self))
     }
 
     /// True where an equilibrium is solved for.

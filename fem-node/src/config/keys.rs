@@ -10,6 +10,7 @@ use serde::Deserialize;
 
 use super::boundary::BoundaryConfig;
 use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
+use super::heat::HeatConfig;
 use super::initial::InitialConfig;
 use super::material::{MaterialConfig, MaterialKind};
 use super::mesh::MeshSource;
@@ -68,6 +69,8 @@ pub struct FemConfig {
     pub statics: StaticsConfig,
     /// The body as its lowest modes, for coupled runs; all of its elements when absent.
     pub reduced: Option<ReducedConfig>,
+    /// Temperatures of the body; none when absent.
+    pub heat: Option<HeatConfig>,
     /// Seed for displacing each node of the mesh along y by up to 1e-12 of the mean element size: a difference from the run without it is noise. No
     /// node is displaced when absent.
     #[serde(default)]

@@ -32,6 +32,7 @@ use protocol::larger;
 use crate::interface::window::committed::Committed;
 use crate::model::Model;
 use crate::model::boundary::Traction;
+use crate::model::heat::HeatRun;
 use crate::output::ledger::Ledger;
 use crate::output::probe::{HoldRecord, hold_record};
 
@@ -67,6 +68,8 @@ pub(crate) struct WindowRun {
     pub(crate) fields: StepFields,
     /// The wheel at the end of the window.
     pub(crate) wheel: Option<WheelRun>,
+    /// Temperatures at the end of the window.
+    pub(crate) heat: Option<HeatRun>,
     /// Record of the moment before the wheel starts to move sideways, if it lies in the window.
     pub(crate) hold_record: Option<HoldRecord>,
     /// Energy excess that showed divergence; the window stopped there.
@@ -106,6 +109,7 @@ impl WindowRun {
             start_strain: 0.5 * at_start.strain,
             start_kinetic: 0.5 * at_start.kinetic,
             wheel: model.wheel.as_ref().map(WheelRun::new),
+            heat: model.heat.as_ref().map(|_| HeatRun::default()),
             fields,
             tally,
             works: Works::new(model),
@@ -202,6 +206,9 @@ impl WindowRun {
             let step = window.committed.steps + u64::from(k) - 1;
             self.step(window, integrator, extent, (k, step));
             self.record_hold(model, step + 1);
+            if warms_in_steps(model, input) {
+                self.warm(model, step + 1, k == input.substeps);
+            }
             let checks = !extent.is_part() && k < input.substeps;
             if checks && (step + 1).is_multiple_of(CHECK_EVERY) {
                 let kinetic = kinetic_energy(&model.body, &self.fields.state.v);
@@ -260,6 +267,22 @@ impl WindowRun {
             record.record_end(&region.rings[k as usize - 1], fields);
         }
         self.works.add(model, fields, step, k);
+    }
+
+    /// Takes the losses up to the end of `step` as heat, and lets it pass every few steps.
+    fn warm(&mut self, model: &Model, step: u64, last: bool) {
+        let (Some(heat), Some(run)) = (&model.heat, &mut self.heat) else {
+            return;
+        };
+        let passes = step.is_multiple_of(heat.every);
+        if passes || last {
+            run.yield_to(heat, &self.fields.dissipated.plastic);
+        }
+        if passes {
+            let wheel = self.wheel.as_ref();
+            let slid = wheel.map_or(&[][..], |wheel| &wheel.state.slid);
+            run.advance(heat, slid, heat.every as f64 * model.scheme.step);
+        }
     }
 
     #[cfg(test)]
@@ -328,6 +351,9 @@ impl WindowRun {
         self.fields.dissipated.clear();
         self.record.clear();
         self.hold_record = None;
+        if let (Some(run), Some(heat)) = (&mut self.heat, &committed.heat) {
+            run.restore(heat);
+        }
         self.set_load(model, input, committed.steps, true);
         let damping = model.damping_at(committed.steps);
         if let (Some(run), Some(wheel)) = (&mut self.wheel, &committed.wheel) {
@@ -466,6 +492,11 @@ impl WindowRun {
             }
         }
     }
+}
+
+/// True where the steps of a window heat the body: under its own wheel, or where it yields alone. No such window runs in pieces, or in part.
+pub(crate) fn warms_in_steps(model: &Model, input: &WindowInput) -> bool {
+    model.wheel.is_some() || (model.plastic().is_some() && input.interface.is_empty())
 }
 
 #[cfg(test)]

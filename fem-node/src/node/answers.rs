@@ -9,6 +9,7 @@ use super::windows::{COMPLIANCE, FORCE, IMPEDANCE, VELOCITY};
 use crate::error::FemError;
 use crate::interface::window::committed::Committed;
 use crate::interface::window::extent::{BodyWindow, WindowInput};
+use crate::interface::window::warms_in_steps;
 
 impl Node for FemNode {
     fn describe(&self) -> Description {
@@ -22,6 +23,7 @@ impl Node for FemNode {
                 prescribed_velocity: self.takes_velocity().is_ok(),
                 alone: true,
                 resume: true,
+                heat: alone && self.model.heat.is_some(),
                 ..Capabilities::default()
             },
             ..described(&self.model, signals, self.terms())
@@ -100,6 +102,18 @@ impl Node for FemNode {
         let committed = &mut self.committed;
         committed.ledger = ledger;
         committed.reactions = self.run.works.last_reactions(&self.model);
+        let heats = (&self.model.heat, &mut committed.heat, &self.run.heat);
+        if let (Some(heat), Some(state), Some(run)) = heats {
+            if warms_in_steps(&self.model, &input) {
+                state.clone_from(&run.state);
+            } else {
+                let lost = self.run.fields.dissipated.plastic.iter();
+                state.yields(heat, lost.copied());
+                let steps = [0, u64::from(input.substeps)].map(|step| committed.steps + step);
+                let time = (steps, self.model.scheme.step);
+                heat.pass(state, &mut self.heat_factors, time);
+            }
+        }
         if let (Some(wheel), Some(run)) = (&mut committed.wheel, &self.run.wheel) {
             committed.state.resume(&self.run.fields.state);
             wheel.clone_from(&run.state);
@@ -118,6 +132,12 @@ impl Node for FemNode {
         let none = vec![0.0; self.interface.components.len()];
         self.advance(window, &none)?;
         self.commit(window, &[])
+    }
+
+    fn take_heat(&mut self, _window: &Window, heat: &[f64]) -> Result<Vec<f64>, NodeError> {
+        let both = self.model.heat.as_ref().zip(self.committed.heat.as_mut());
+        let (of, state) = both.ok_or(FemError::NoHeat)?;
+        Ok(of.exchange(state, &self.interface.exchanged, heat))
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {

@@ -2,6 +2,7 @@
 
 use std::cell::OnceCell;
 
+use fem_kernel::heat::ColumnFactors;
 use fem_kernel::integrate::integrator::Integrator;
 use fem_kernel::integrate::state::NodalState;
 use fem_kernel::statics::history::equilibrium;
@@ -17,6 +18,7 @@ use crate::interface::window::committed::Committed;
 use crate::interface::window::extent::WindowInput;
 use crate::interface::window::team::Team;
 use crate::model::Model;
+use crate::model::heat::BodyHeat;
 use crate::output::ledger::Ledger;
 use crate::output::probe;
 use crate::output::snapshot::Snapshots;
@@ -35,6 +37,8 @@ pub struct FemNode {
     pub(crate) interface: Interface,
     pub(super) committed: Committed,
     pub(crate) run: WindowRun,
+    /// Factors of the steps of heat between windows.
+    pub(super) heat_factors: ColumnFactors,
     /// Index and input of the last window, until it is committed.
     pub(super) pending: Option<(u64, WindowInput)>,
     /// Rows of nodes whose motion each report needs.
@@ -69,8 +73,10 @@ impl FemNode {
             committed: Committed {
                 state,
                 reactions: vec![[0.0; 2]; model.motions.len()],
+                heat: model.heat.as_ref().map(BodyHeat::at_start),
                 ..Committed::default()
             },
+            heat_factors: ColumnFactors::default(),
             pending: None,
             reported_rows: probe::reported_rows(&model),
             gathered: OnceCell::new(),

@@ -19,6 +19,7 @@ impl Node for ReducedNode {
                 columns: true,
                 alone: true,
                 resume: true,
+                heat: self.model.heat.is_some(),
                 ..Capabilities::default()
             },
             late_far_field: self.has_far_field(),
@@ -58,6 +59,12 @@ impl Node for ReducedNode {
         let none = vec![0.0; self.interface.components.len()];
         self.advance(window, &none)?;
         self.commit(window, &[])
+    }
+
+    fn take_heat(&mut self, _window: &Window, heat: &[f64]) -> Result<Vec<f64>, NodeError> {
+        let both = self.model.heat.as_ref().zip(self.committed.heat.as_mut());
+        let (of, state) = both.ok_or(FemError::NoHeat)?;
+        Ok(of.exchange(state, &self.interface.exchanged, heat))
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use fem_kernel::heat::ColumnFactors;
 use fem_kernel::integrate::state::NodalState;
 use fem_kernel::mesh::Edge;
 use fem_kernel::pack::largest;
@@ -22,6 +23,7 @@ use crate::error::FemError;
 use crate::interface::Interface;
 use crate::interface::window::EXCESS;
 use crate::model::Model;
+use crate::model::heat::{BodyHeat, HeatState};
 use crate::output::probe::PressureMaxima;
 use crate::output::reduced_ledger::ReducedLedger;
 use crate::output::snapshot::Snapshots;
@@ -49,6 +51,7 @@ pub struct ReducedNode {
     /// C_far of the committed force in windows of this number of steps.
     pub(super) far: Option<(u32, Vec<f64>)>,
     pub(super) committed: ReducedCommitted,
+    pub(super) heat_factors: ColumnFactors,
     /// Last window advanced: index, number of steps, force and displacements.
     pub(super) pending: Option<(u64, u32, [Vec<f64>; 2])>,
     /// True after a window with more kinetic energy than the loads gave.
@@ -70,6 +73,8 @@ pub(super) struct ReducedCommitted {
     pub(super) mode_windows: u64,
     /// Largest pressures at the snapshot of the hold.
     pub(super) hold_maxima: Option<PressureMaxima>,
+    /// Temperatures, where the body has them.
+    pub(super) heat: Option<HeatState>,
     /// Largest strain at the ends of the phases so far.
     pub(super) strain_max: f64,
 }
@@ -111,7 +116,11 @@ impl ReducedNode {
             windows: BTreeMap::new(),
             free: None,
             far: None,
-            committed: ReducedCommitted::default(),
+            committed: ReducedCommitted {
+                heat: model.heat.as_ref().map(BodyHeat::at_start),
+                ..ReducedCommitted::default()
+            },
+            heat_factors: ColumnFactors::default(),
             pending: None,
             suspected: false,
             seen: NodalState::at_rest(&model.body),
@@ -282,7 +291,12 @@ impl ReducedNode {
         let of_window = &self.windows[&substeps];
         let end = surface.commit(of_window, motion, &force, &displacement);
         committed.ledger.add(&end.energies);
-        (committed.state, committed.steps) = (end.state, committed.steps + u64::from(substeps));
+        let before = committed.steps;
+        (committed.state, committed.steps) = (end.state, before + u64::from(substeps));
+        if let (Some(heat), Some(state)) = (&self.model.heat, &mut committed.heat) {
+            let time = ([before, committed.steps], self.model.scheme.step);
+            heat.pass(state, &mut self.heat_factors, time);
+        }
         self.far = Some((substeps, end.far));
         self.see(&end.beside);
         self.check_energy(window)

@@ -10,6 +10,7 @@ use protocol::Finding;
 use super::reduced_node::ReducedNode;
 use super::report::refuse_name;
 use crate::error::FemError;
+use crate::model::heat::HeatState;
 use crate::output::ledger::NamedTerm;
 use crate::output::plausible;
 use crate::output::probe;
@@ -57,6 +58,11 @@ impl ReducedNode {
             ("interface_force_x_n".into(), x),
             ("interface_force_y_n".into(), y),
         ]);
+        let heat = model.heat.as_ref().zip(self.committed.heat.as_ref());
+        signals.extend(
+            heat.into_iter()
+                .flat_map(|(heat, state)| heat.signals(state)),
+        );
         let layout = model.body.layout;
         let probes = model.probes.iter();
         signals.extend(probes.flat_map(|probe| probe.signals(layout, seen, true)));
@@ -97,6 +103,11 @@ impl ReducedNode {
             add("near_m", window.field.reach);
             add("near_radius", window.field.radius);
         }
+        let heat = self.model.heat.as_ref().zip(self.committed.heat.as_ref());
+        results.extend(
+            heat.into_iter()
+                .flat_map(|(heat, state)| heat.results(state, [0.0; 2])),
+        );
         results
     }
 
@@ -114,7 +125,8 @@ impl ReducedNode {
             plausible::locking(model, last, moved),
             far,
         ];
-        found.into_iter().flatten().collect()
+        let heat = plausible::heat(model, committed.heat.as_ref(), [0.0; 2]);
+        found.into_iter().flatten().chain(heat).collect()
     }
 
     /// blake3 of every number that can change a later bit.
@@ -123,7 +135,8 @@ impl ReducedNode {
         let mut hasher = blake3::Hasher::new();
         hasher.update(&self.committed.steps.to_le_bytes());
         let energies = ledger.terms().map(|(.., value)| value);
-        let numbers = state.numbers().chain(energies);
+        let heat = self.committed.heat.iter().flat_map(HeatState::numbers);
+        let numbers = state.numbers().chain(energies).chain(heat.copied());
         numbers.for_each(|number| {
             hasher.update(&number.to_le_bytes());
         });
@@ -139,6 +152,9 @@ impl ReducedNode {
         if name == HOLD {
             committed.hold_maxima = Some(probe::pressure_maxima(model, &state));
         }
-        self.snapshots.write(name, model, &state, &[], None)
+        let temperatures = committed.heat.as_ref();
+        let temperatures = temperatures.map(|heat| model.temperatures(heat));
+        let surface = (&[][..], None, temperatures.as_deref());
+        self.snapshots.write(name, model, &state, surface)
     }
 }

@@ -10,6 +10,7 @@ use super::fem_node::FemNode;
 use crate::error::FemError;
 use crate::interface::window::extent::WindowInput;
 use crate::interface::{coupling_sets, outward_normals, periods};
+use crate::model::heat::HeatState;
 use crate::model::rolling::Roll;
 use crate::model::{Model, limit_name};
 use crate::output::ledger::NamedTerm;
@@ -65,6 +66,11 @@ impl FemNode {
         let motions = model.motions.iter();
         signals.extend(motions.flat_map(|motion| motion.displacements(layout, t)));
         signals.extend(probe::momentum(model, state));
+        let heat = model.heat.as_ref().zip(committed.heat.as_ref());
+        signals.extend(
+            heat.into_iter()
+                .flat_map(|(heat, state)| heat.signals(state)),
+        );
         signals
     }
 
@@ -123,7 +129,25 @@ impl FemNode {
         let state = &self.committed.state;
         results.extend(probe::outward_displacements(&self.model, state));
         results.extend(self.reactions());
+        let heat = self.model.heat.as_ref().zip(self.heated());
+        results.extend(
+            heat.into_iter()
+                .flat_map(|(heat, state)| heat.results(&state, self.heating())),
+        );
         results
+    }
+
+    /// The heat so far, with the slip since its last step.
+    fn heated(&self) -> Option<HeatState> {
+        let (heat, state) = self.model.heat.as_ref().zip(self.committed.heat.as_ref())?;
+        let wheel = self.committed.wheel.as_ref();
+        Some(state.with_last(heat, wheel.map_or(&[], |wheel| &wheel.slid)))
+    }
+
+    /// Losses in the ledger that may become heat: by friction and by plastic flow (J).
+    fn heating(&self) -> [f64; 2] {
+        let ledger = &self.committed.ledger;
+        [ledger.wheel.friction, ledger.plastic]
     }
 
     /// Values beyond their bounds.
@@ -155,7 +179,8 @@ impl FemNode {
                 [sampled, &last].into_iter(),
             ));
         }
-        findings.into_iter().flatten().collect()
+        let heat = plausible::heat(model, self.heated().as_ref(), self.heating());
+        findings.into_iter().flatten().chain(heat).collect()
     }
 
     /// blake3 of every number that can change a later bit: displacements, velocities, histories, energies, time.
@@ -174,7 +199,8 @@ impl FemNode {
         if let Some(wheel) = &wheel {
             fields.extend([&wheel[..], &state.a]);
         }
-        for value in fields.into_iter().flatten() {
+        let heat = self.committed.heat.iter().flat_map(HeatState::numbers);
+        for value in fields.into_iter().flatten().chain(heat) {
             hasher.update(&value.to_le_bytes());
         }
         hasher.finalize().to_hex().to_string()
@@ -198,13 +224,11 @@ impl FemNode {
                 _ => ContactProfile::in_motion(&self.model, contacts),
             });
         }
-        self.snapshots.write(
-            name,
-            &self.model,
-            &committed.state,
-            contacts,
-            profile.as_ref(),
-        )
+        let temperatures = committed.heat.as_ref();
+        let temperatures = temperatures.map(|heat| self.model.temperatures(heat));
+        let surface = (contacts, profile.as_ref(), temperatures.as_deref());
+        self.snapshots
+            .write(name, &self.model, &committed.state, surface)
     }
 }
 

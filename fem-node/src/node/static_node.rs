@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use fem_kernel::integrate::state::NodalState;
+use fem_kernel::statics::contact::WheelContact;
 use fem_kernel::statics::history::{IncrementState, StaticLoads, StaticState, Statics};
 use fem_kernel::wheel::node_contact::ContactStatus;
 use fem_kernel::wheel::rolled::rolled_piece;
@@ -22,6 +23,7 @@ use crate::config::keys::FemConfig;
 use crate::error::FemError;
 use crate::interface::coupling_sets;
 use crate::model::Model;
+use crate::model::heat::{BodyHeat, HeatRun, HeatState};
 use crate::model::rolling::Roll;
 use crate::output::plausible;
 use crate::output::probe;
@@ -51,6 +53,9 @@ pub struct StaticNode {
     pub held: Option<StaticState>,
     cycles: CycleRecord,
     rolled: RollingRecord,
+    heat: HeatRun,
+    /// Time of an increment of the motion (s).
+    increment_s: f64,
 }
 
 /// The part of a static analysis that a checkpoint keeps.
@@ -60,6 +65,7 @@ struct StaticRecord {
     held: Option<StaticState>,
     cycles: CycleRecord,
     rolled: RollingRecord,
+    heat: HeatState,
 }
 
 /// The rolling after the loading: increments in place, in which a given force grows to its value at the start, then equal distances.
@@ -96,7 +102,15 @@ impl StaticNode {
         let wheel = config.wheel.iter().find(|wheel| wheel.amplitude_m > 0.0);
         let (amplitude, cycles) =
             wheel.map_or((0.0, 0.0), |wheel| (wheel.amplitude_m, wheel.cycles));
+        let frequency = wheel.map_or(0.0, |wheel| wheel.frequency_hz);
+        let rolled_in = rolling.as_ref().map(RollingIncrements::increment_s);
+        let heat = model.heat.iter().map(BodyHeat::at_start);
+        let mut heat_run = HeatRun::default();
+        heat.for_each(|start| heat_run.restore(&start));
         Ok(StaticNode {
+            heat: heat_run,
+            increment_s: rolled_in
+                .unwrap_or(1.0 / (frequency * f64::from(config.statics.per_cycle()))),
             statics: Statics::new(&model.static_problem(), loads)?,
             snapshots: Snapshots::new(setting),
             loads,
@@ -147,6 +161,7 @@ impl StaticNode {
         self.statics
             .move_to(&self.model.static_problem(), self.cycling.lateral(step))?;
         self.note();
+        self.warm();
         if let (true, Some(contact)) = (self.cycling.passes_zero(step), self.statics.contact()) {
             let slipping = 100.0 * contact.slipping_share();
             self.cycles.slipping_at_zero.push(slipping);
@@ -176,12 +191,22 @@ impl StaticNode {
             let piece = RolledPiece {
                 way,
                 turned: rolling.direction() * (after.turned - before.turned),
-                dissipated: after.dissipated - before.dissipated,
+                dissipated: after.lost() - before.lost(),
                 ..piece
             };
             self.rolled.add(rolling, &piece);
+            self.warm();
         }
         Ok(())
+    }
+
+    /// Takes the slip of the increment as heat, and lets it pass in the time of the increment.
+    fn warm(&mut self) {
+        let contact = self.statics.contact();
+        if let Some((heat, contact)) = self.model.heat.as_ref().zip(contact) {
+            self.heat
+                .advance(heat, &contact.dissipated, self.increment_s);
+        }
     }
 
     fn note(&mut self) {
@@ -217,6 +242,8 @@ impl StaticNode {
                 signals.extend(rolled.map(|(name, value)| (name.into(), value)));
             }
         }
+        let heat = model.heat.iter();
+        signals.extend(heat.flat_map(|heat| heat.signals(&self.heat.state)));
         let probes = model.probes.iter();
         signals.extend(probes.flat_map(|probe| probe.signals(model.body.layout, state, false)));
         signals
@@ -233,8 +260,11 @@ impl StaticNode {
         let contact = state.contact.as_ref();
         let contacts = contact.map_or(Vec::new(), |contact| contact.node_contacts());
         let profile = contact.map(|contact| ContactProfile::new(&self.model, contact));
+        let has_heat = self.model.heat.is_some();
+        let temperatures = has_heat.then(|| self.model.temperatures(&self.heat.state));
+        let surface = (&*contacts, profile.as_ref(), temperatures.as_deref());
         self.snapshots
-            .write(name, &self.model, &state.state, &contacts, profile.as_ref())
+            .write(name, &self.model, &state.state, surface)
     }
 
     /// Values beyond their bounds, in the equilibrium under the full load and in the last one.
@@ -254,10 +284,12 @@ impl StaticNode {
                 .first()
                 .and_then(|held| plausible::contact_resolution(model, held)),
         ];
-        found.into_iter().flatten().collect()
+        let lost = states[1].contact.as_ref().map_or(0.0, WheelContact::lost);
+        let heat = plausible::heat(model, Some(&self.heat.state), [lost, 0.0]);
+        found.into_iter().flatten().chain(heat).collect()
     }
 
-    fn results(&self, held: &StaticState) -> BTreeMap<String, f64> {
+    fn results(&self, [held, last]: [&StaticState; 2]) -> BTreeMap<String, f64> {
         let maxima = probe::pressure_maxima(&self.model, &held.state);
         let mut results = BTreeMap::from(maxima.results());
         let mut add = |name: &str, value: f64| results.insert(name.to_string(), value);
@@ -279,6 +311,9 @@ impl StaticNode {
             add(name, value);
         }
         results.extend(probe::outward_displacements(&self.model, &held.state));
+        let lost = last.contact.as_ref().map_or(0.0, WheelContact::lost);
+        let heat = self.model.heat.iter();
+        results.extend(heat.flat_map(|heat| heat.results(&self.heat.state, [lost, 0.0])));
         results
     }
 }
@@ -303,6 +338,11 @@ impl RollingIncrements {
     fn at(&self, step: u64) -> f64 {
         let rolled = step.saturating_sub(self.in_place) as f64;
         self.rolling.distance * rolled / self.rolled as f64
+    }
+
+    /// Time of an increment of rolling (s).
+    fn increment_s(&self) -> f64 {
+        self.rolling.distance / self.rolling.speed.abs() / self.rolled as f64
     }
 
     /// Share of the force that acts after this many increments.
@@ -413,6 +453,7 @@ impl Node for StaticNode {
             held: self.held.clone(),
             cycles: self.cycles.clone(),
             rolled: self.rolled.clone(),
+            heat: self.heat.state.clone(),
         };
         let bytes = pack(&history)?;
         let hash = blake3::hash(&bytes).to_hex().to_string();
@@ -434,6 +475,7 @@ impl Node for StaticNode {
         }
         (self.held, self.cycles) = (history.held, history.cycles);
         self.rolled = history.rolled;
+        self.heat.restore(&history.heat);
         Ok(())
     }
 
@@ -446,11 +488,12 @@ impl Node for StaticNode {
         let mut hasher = blake3::Hasher::new();
         let contact = last.contact.iter();
         let forces = contact.flat_map(|c| c.normal.iter().chain(&c.tangential));
-        for value in last.state.u.iter().chain(forces) {
+        let heat = self.heat.state.numbers();
+        for value in last.state.u.iter().chain(forces).chain(heat) {
             hasher.update(&value.to_le_bytes());
         }
         let held = self.held.as_ref().unwrap_or(&last);
-        let results = self.results(held);
+        let results = self.results([held, &last]);
         if let Some(increments) = &self.rolling {
             let table = self
                 .rolled

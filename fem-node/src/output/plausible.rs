@@ -6,11 +6,12 @@ use fem_kernel::integrate::state::NodalState;
 use fem_kernel::mesh::Edge;
 use fem_kernel::pack::largest;
 use fem_kernel::wheel::node_contact::ContactStatus;
-use kit::finding::WHEEL_AT_REST;
+use kit::finding::{HEAT_BALANCE, WHEEL_AT_REST};
 use kit::judge;
 use protocol::{Finding, larger};
 
 use crate::model::Model;
+use crate::model::heat::HeatState;
 use crate::output::bending::bending_excess;
 use crate::output::probe::largest_strain;
 use crate::output::profile::ContactProfile;
@@ -55,6 +56,22 @@ kit::findings! {
     /// - Wrong: 0.092 (`pressurised-cylinder` at Poisson's ratio 0.499 with `q4_2x2`, 9.4 % too
     ///   stiff), 0.13 (two `q4_2x2` across a beam, 13 %).
     LOCKING = "locking": locking_rel in fem = [0.05, 0.3];
+    /// The layers below the upper edge of a body do not resolve its temperature.
+    ///
+    /// - Why: heat has entered less deep than the uppermost layer is thick.
+    /// - Do: make `heat.finest_m` smaller.
+    /// - Judged: Fall of the temperature over the uppermost layer when the upper edge was hottest, over the rise there.
+    /// - Valid: 0.
+    /// - Wrong: 1.
+    THERMAL_DEPTH = "thermal_depth": thermal_depth_rel in fem = [0.3, 0.8];
+    /// The surface of a body is hotter than solids with these properties are.
+    ///
+    /// - Why: insulated edges keep the heat, or a property or a speed has another unit.
+    /// - Do: give `heat.edges`, or look at the units.
+    /// - Judged: Highest temperature of the upper edge (K); steel melts at 1 800 K.
+    /// - Valid: 0.
+    /// - Wrong: 1.
+    SURFACE_TEMPERATURE = "surface_temperature": surface_temperature_k in fem = [1500.0, 1e4];
     /// A body has yielded with an element that is wrong for plastic flow.
     ///
     /// - Why: `q4_2x2` locks, and `q4_1point` is hardly held against hourglass modes.
@@ -121,6 +138,25 @@ pub(crate) fn contact_reach<'a>(
     let reach = largest(touching.map(|(x, _)| (x - middle).abs()));
     judge!(model.plausible => CONTACT_REACH, reach / half;
         "the wheel touches the body out to {reach:.3e} m from the middle of its upper edge, which ends at {half:.3e} m: the body is too narrow for this load; make mesh.width_m larger, or lower wheel.load_n")
+}
+
+/// Heat must be conserved, resolved, and within the range of solids; `lost` are the losses by friction and plastic flow (J).
+pub(crate) fn heat(model: &Model, state: Option<&HeatState>, lost: [f64; 2]) -> Vec<Finding> {
+    let Some((heat, state)) = model.heat.as_ref().zip(state) else {
+        return Vec::new();
+    };
+    let balance = heat.balance_rel(state, lost);
+    let [rise, x, t] = state.field.peak;
+    let (fall, peak) = (state.field.peak_fall, heat.start + rise);
+    let found = [
+        judge!(model.plausible => HEAT_BALANCE, balance;
+            "{balance:.1e} of the heat was lost, or made without a loss: an error of the program, please report it"),
+        judge!(model.plausible => THERMAL_DEPTH, fall;
+            "when the upper edge was hottest, at t = {t:.3e} s and x = {x:.3e} m, {fall:.2} of its rise lay in the uppermost layer: make heat.finest_m smaller"),
+        judge!(model.plausible => SURFACE_TEMPERATURE, peak;
+            "the upper edge had {peak:.0} K at t = {t:.3e} s and x = {x:.3e} m, far beyond solids with one capacity and conductivity: give heat.edges, or look at the units of heat"),
+    ];
+    found.into_iter().flatten().collect()
 }
 
 /// The larger of a strain and the largest strain of a state; NaN if either is NaN.

@@ -4,13 +4,11 @@ use std::fs;
 use std::path::PathBuf;
 
 use fem_kernel::integrate::state::NodalState;
-use fem_kernel::wheel::node_contact::NodeContact;
 use protocol::Setting;
 
 use crate::error::FemError;
 use crate::model::Model;
-use crate::output::profile::ContactProfile;
-use crate::output::vtu;
+use crate::output::vtu::{self, SurfaceFields};
 
 /// Folder of the snapshots, where there is one.
 #[derive(Clone, Debug)]
@@ -47,16 +45,15 @@ impl Snapshots {
         name: &str,
         model: &Model,
         state: &NodalState,
-        contacts: &[NodeContact],
-        profile: Option<&ContactProfile>,
+        surface: SurfaceFields,
     ) -> Result<(), FemError> {
         let Some(folder) = &self.folder else {
             return Ok(());
         };
         let stem = format!("{}-{name}", self.participant);
         let path = folder.join(format!("{stem}.vtu"));
-        vtu::write(&path, model, state, (contacts, profile))?;
-        profile.map_or(Ok(()), |profile| {
+        vtu::write(&path, model, state, surface)?;
+        surface.1.map_or(Ok(()), |profile| {
             let path = folder.join(format!("{stem}-profile.csv"));
             FemError::written(&path, fs::write(&path, profile.csv()))
         })

@@ -15,13 +15,20 @@ use crate::output::profile::ContactProfile;
 /// Type number of a quadrilateral in VTK.
 const VTK_QUAD: f64 = 9.0;
 
+/// Contacts of the upper edge and their tractions, and the temperatures of all nodes (K), each where there are any.
+pub(crate) type SurfaceFields<'a> = (
+    &'a [NodeContact],
+    Option<&'a ContactProfile>,
+    Option<&'a [f64]>,
+);
+
 /// Writes displacement, velocity, stresses at the centroids and, of a plastic body, the plastic strain there (mean of the points
-/// of the element), and the contacts of the upper edge if it has any. Points are positions in the undeformed body.
+/// of the element), temperatures, and the contacts of the upper edge, if it has any. Points are positions in the undeformed body.
 pub(crate) fn write(
     path: &Path,
     model: &Model,
     state: &NodalState,
-    (contacts, profile): (&[NodeContact], Option<&ContactProfile>),
+    (contacts, profile, temperatures): SurfaceFields,
 ) -> Result<(), FemError> {
     let mesh = &model.mesh;
     let sizes = [
@@ -37,6 +44,10 @@ pub(crate) fn write(
     file.section("PointData", |file| {
         point_data(file, model, state);
         contact_data(file, model, contacts, profile);
+        if let Some(all) = temperatures {
+            let each = all.iter().map(|kelvins| [*kelvins]);
+            file.array(DatasetKind::Float64, "temperature_k", each);
+        }
     });
     file.section("CellData", |file| cell_data(file, model, state));
     let folder = path.parent().map_or(Ok(()), std::fs::create_dir_all);

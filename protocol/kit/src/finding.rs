@@ -112,6 +112,14 @@ findings! {
     /// - Valid: 0.
     /// - Wrong: 0.99 (two sweeps).
     NOT_CONVERGED = "not_converged": not_converged_rel in run dem = [0.0, 0.01];
+    /// Heat was lost, or made without a loss.
+    ///
+    /// - Why: an error of the program.
+    /// - Do: report it.
+    /// - Judged: Heat produced, less stored and conducted away, and less its share of the losses in the ledger, over the sum of their sizes.
+    /// - Valid: 1e-13.
+    /// - Wrong: 4e-4 (impacts of a sliding disk without the part of the scheme).
+    HEAT_BALANCE = "heat_balance": heat_balance_rel in dem fem = [1e-9, 1e-6];
     /// The force on the wheel is not its load during the hold.
     ///
     /// - Why: the load grew too fast, and the wheel still bounces.

@@ -96,15 +96,16 @@ class Description:
 
 
 #: The words of capabilities on the wire.
-CAPABILITIES = ("checkpoint", "advance", "columns", "compliant_boundary", "rigid_boundary", "follow", "alone", "resume")
+CAPABILITIES = ("checkpoint", "advance", "columns", "compliant_boundary", "rigid_boundary", "follow", "alone", "resume", "heat")
 
 
 def capabilities(**offered: bool) -> Dict[str, bool]:
-    """Capabilities by their words on the wire; the others are false."""
+    """Capabilities by their words on the wire; the others are false, and `heat` is left out then."""
     unknown = set(offered) - set(CAPABILITIES)
     if unknown:
         raise ValueError(f"no such capabilities: {sorted(unknown)}")
-    return {word: bool(offered.get(word, False)) for word in CAPABILITIES}
+    words = [word for word in CAPABILITIES if word != "heat" or offered.get(word)]
+    return {word: bool(offered.get(word, False)) for word in words}
 
 
 @dataclass
@@ -170,6 +171,14 @@ class Node:
     def commit(self, window: Window, displacement: np.ndarray) -> Sequence[float]:
         """Makes the last answer the state; returns signals, then energies, in the order of the description."""
         raise NotImplementedError
+
+    def take_heat(self, window: Window, heat: np.ndarray) -> np.ndarray:
+        """Temperature (K) of each exchanged point of a continuum, after this heat (J) has entered there since the last call."""
+        raise _unsupported("heat through its surface")
+
+    def take_temperatures(self, window: Window, temperature: np.ndarray) -> np.ndarray:
+        """Heat (J) that has left at each glued point of a layer since the last call; the body there has this temperature (K) from now on."""
+        raise _unsupported("heat into its boundary")
 
     def advance_alone(self, window: Window) -> Sequence[float]:
         """Advances without an interface and commits."""

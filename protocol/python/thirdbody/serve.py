@@ -282,6 +282,10 @@ class Server:
                 answer, payload = "Force", _numbers(np.concatenate([force, velocity, [repeats, residual, 1.0 if converged else 0.0]]))
             elif word == "Follow":
                 answer, payload = "Reaction", _numbers(np.concatenate(node.follow(window, _finite(request))))
+            elif word == "Heat":
+                answer, payload = "Temperatures", _numbers(node.take_heat(window, _finite(request)))
+            elif word == "Surroundings":
+                answer, payload = "Given", _numbers(node.take_temperatures(window, _finite(request)))
             elif word == "March":
                 answer, payload = "Report", _numbers(node.advance_alone(window))
             elif word == "Couple":

@@ -15,7 +15,7 @@ KINDS = {
     8: "Wall", 9: "Ready", 10: "Advance", 11: "Motion", 12: "Solve", 13: "Force", 14: "Commit",
     15: "Report", 16: "March", 17: "Finish", 18: "Finished", 19: "Fault", 20: "Snapshot", 21: "Saved",
     22: "Checkpoint", 23: "State", 24: "Restore", 25: "Restored", 26: "Resist", 27: "Impedance",
-    28: "Follow", 29: "Reaction",
+    28: "Follow", 29: "Reaction", 30: "Heat", 31: "Temperatures", 32: "Surroundings", 33: "Given",
 }
 NUMBERS = {word: number for number, word in KINDS.items()}
 

@@ -9,7 +9,7 @@ use super::admission::{fault_of_columns, fault_of_surface};
 use super::communicator::Communicator;
 use super::handshake::Greeted;
 use scheme::error::Result;
-use scheme::participants::{Participants, Request};
+use scheme::participants::{HeatRequest, Participants, Request};
 
 /// The participants of a run as schemes see them.
 pub struct Remote<'a> {
@@ -146,6 +146,22 @@ impl Participants for Remote<'_> {
     fn begin_early(&mut self, peer: usize, window: &Window, force: &[f64]) -> Result<()> {
         let peers = self.communicator.peers_mut();
         Ok(peers.send_early(peer, Kind::Advance, window, force)?)
+    }
+
+    fn exchange_heat(
+        &mut self,
+        peer: usize,
+        window: &Window,
+        request: HeatRequest,
+    ) -> Result<Vec<f64>> {
+        let (kind, answer, numbers) = match request {
+            HeatRequest::Heat(heat) => (Kind::TakeHeat, Kind::Temperatures, heat),
+            HeatRequest::Temperatures(kelvins) => {
+                (Kind::TakeTemperatures, Kind::HeatGiven, kelvins)
+            }
+        };
+        self.communicator.send(peer, kind, window, numbers)?;
+        self.numbers(peer, answer, window, numbers.len())
     }
 
     fn report(&mut self, peer: usize) -> Result<Vec<f64>> {

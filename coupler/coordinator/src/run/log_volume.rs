@@ -57,6 +57,10 @@ pub fn coupled(
         let group = run.coupling.group();
         let windows = run.windows();
         volume.add_windows(windows);
+        // One before the first window.
+        let heat = group
+            .heat_every
+            .map_or(0, |every| 1 + windows / u64::from(every));
         for side in &group.force_driven {
             let description = &greeted[side.peer].description;
             let mut turn = turns(&mut volume, scenario, side.peer);
@@ -65,6 +69,7 @@ pub fn coupled(
             turn(windows, 0, report(description));
             let matrices = matrices(scheme, description.capabilities.columns);
             turn(matrices, 0, size * size);
+            turn(heat, side.range.len(), side.range.len());
         }
         for side in &group.motion_driven {
             let mut turn = turns(&mut volume, scenario, side.peer);
@@ -73,6 +78,7 @@ pub fn coupled(
             turn(windows * motion_runs, size, 2 * size + 3);
             turn(windows, size, report(&greeted[side.peer].description));
             turn(1, 1 + size * size, 0);
+            turn(heat, side.range.len(), side.range.len());
         }
     }
     volume

@@ -8,6 +8,7 @@ use super::plain::{RuleTrial, WINDOWS, apart, dot, greatest, minus};
 use super::rule::{RuleFinding, broken, exceeds, not_tested, offered, within};
 use coordinator::participants::admission::fault_of_columns;
 use scenario::error::Error;
+use scheme::participants::HeatRequest;
 
 /// Largest difference of two motions that differ only by rounding, over the larger.
 const ROUNDING: f64 = 1e-7;
@@ -17,6 +18,39 @@ const LINEAR: f64 = 1e-4;
 
 /// The reason why answers depend on the windows and the points before.
 const LATE: &str = "its distant points follow a change of force one window late (`late_far_field`)";
+
+/// Heat at each point (J), and windows in which it spreads.
+const HEAT: f64 = 1e-6;
+const HEATED_WINDOWS: u64 = 100;
+
+/// Heats all points, which must be warmer after some windows.
+pub fn heat(trial: &RuleTrial) -> RuleFinding {
+    let offers = trial.tested.description.capabilities.heat;
+    offered(offers, "it takes no heat")?;
+    let mut launch = trial.begin()?;
+    let (none, some) = (vec![0.0; launch.size() / 2], vec![HEAT; launch.size() / 2]);
+    let (window, still) = (launch.window(0), vec![0.0; launch.size()]);
+    let start = launch.exchange_heat(&window, HeatRequest::Heat(&none))?;
+    if let Some(kelvins) = start.iter().find(|kelvins| **kelvins <= 0.0) {
+        return broken(format!("a point has {kelvins} K: temperatures are above 0"));
+    }
+    launch.exchange_heat(&window, HeatRequest::Heat(&some))?;
+    for index in 0..HEATED_WINDOWS {
+        launch.go(&launch.window(index), &still)?;
+    }
+    let last = launch.window(HEATED_WINDOWS - 1);
+    let end = launch.exchange_heat(&last, HeatRequest::Heat(&none))?;
+    let warmed = end.iter().zip(&start).map(|(end, start)| end - start);
+    let least = warmed.fold(f64::INFINITY, f64::min);
+    if least > 0.0 {
+        return Ok(format!(
+            "{HEAT} J at each point warmed each by {least:.1e} K or more"
+        ));
+    }
+    broken(format!(
+        "{HEAT} J at each point changed a temperature by {least:e} K in {HEATED_WINDOWS} windows"
+    ))
+}
 
 /// Sends `Advance` early, which is used or discarded.
 pub fn early(trial: &RuleTrial) -> RuleFinding {

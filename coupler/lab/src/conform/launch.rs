@@ -15,7 +15,7 @@ use coordinator::participants::remote::Remote;
 use coordinator::participants::{Communicator, Peers};
 use scenario::error::Error;
 use scheme::join::append;
-use scheme::participants::{Participants, Request};
+use scheme::participants::{HeatRequest, Participants, Request};
 
 /// The only participant.
 const IT: usize = 0;
@@ -176,6 +176,15 @@ impl<'a> Launch<'a> {
         let mut remote = self.remote();
         remote.begin(IT, window, request)?;
         Ok(remote.finish_prescribed_velocity(IT, window, size)?)
+    }
+
+    /// Exchanges heat (J) or temperatures (K) after this window.
+    pub fn exchange_heat(
+        &mut self,
+        window: &Window,
+        request: HeatRequest,
+    ) -> Result<Vec<f64>, Error> {
+        Ok(self.remote().exchange_heat(IT, window, request)?)
     }
 
     /// Sends the request for a window before its turn.

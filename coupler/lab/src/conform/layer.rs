@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 use protocol::larger;
 
 use super::plain::{LayerStiffness, RuleTrial, WINDOWS, apart, dot, greatest};
-use super::rule::{RuleFinding, broken, not_tested, within};
+use super::rule::{RuleFinding, broken, not_tested, offered, within};
+use scheme::participants::HeatRequest;
 
 /// Largest departure from v = a + W p, over the largest velocity.
 const BOUNDARY: f64 = 1e-6;
@@ -58,6 +59,39 @@ pub fn boundary(trial: &RuleTrial) -> RuleFinding {
     let bound = own.map_or(BOUNDARY, |own| (TOLERANCES * own.value).max(BOUNDARY));
     let what = format!("on a boundary that yields by {yielded:.0e}, v differs from a + W p by");
     within(&what, worst, bound)
+}
+
+/// Temperatures of two bodies below the layer (K).
+const BODIES: [f64; 2] = [300.0, 400.0];
+
+/// Compares the heat into a cold and a hot body.
+pub fn heat(trial: &RuleTrial) -> RuleFinding {
+    let offers = trial.tested.description.capabilities.heat;
+    offered(offers, "it gives no heat")?;
+    let mut given = Vec::new();
+    for kelvins in BODIES {
+        let mut launch = trial.begin()?;
+        let body = vec![kelvins; launch.size() / 2];
+        launch.exchange_heat(&launch.window(0), HeatRequest::Temperatures(&body))?;
+        for index in 0..WINDOWS {
+            let window = launch.window(index);
+            launch.go(&window, &trial.loads.of_window(index, 0))?;
+        }
+        let last = launch.window(WINDOWS - 1);
+        let heat = launch.exchange_heat(&last, HeatRequest::Temperatures(&body))?;
+        given.push(heat.iter().sum::<f64>());
+    }
+    let [cold, hot] = [given[0], given[1]];
+    if cold == hot {
+        return not_tested("no heat passes into a body below it");
+    }
+    let [below, above] = BODIES;
+    let compared =
+        format!("{cold:.2e} J into a body of {below} K, {hot:.2e} J into one of {above} K");
+    if hot < cold {
+        return Ok(compared);
+    }
+    broken(format!("{compared}: heat flows from hot to cold"))
 }
 
 /// Compares its claims of convergence with its residuals.

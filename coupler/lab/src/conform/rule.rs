@@ -46,6 +46,8 @@ pub enum Rule {
     Boundary,
     /// A solve that reports convergence has a residual within the solver's tolerance.
     Convergence,
+    /// Heat warms it, and flows from hot to cold.
+    Heat,
     /// A report has the announced values, all finite.
     Report,
     /// The work of the interface is the sum of force times increment.

@@ -86,6 +86,7 @@ impl LinearModel<'_> {
                 step_s: self.window_s,
                 substeps: 1,
             },
+            heat_every: None,
         }
     }
 }

@@ -5,7 +5,9 @@
 //! H = pi k t / (ln(4 r_i/a) + ln(4 r_j/a))
 //! ```
 //! of two disks between a source and a sink on their rims, strips of the half-width a at one temperature (Carslaw and Jaeger 1959, conduction in the
-//! plane); a is Hertz's for parallel cylinders under the force of the contact. Bodies that are no grains have one temperature, or let no heat through.
+//! plane); a is Hertz's for parallel cylinders under the force of the contact. Bodies that are no grains have one temperature, those that a coupler gives,
+//! or let no heat through. Heat that spreads in them over a width s adds ln(s/(pi a)) in place of a grain's ln(4 r/a): the constriction of a row of
+//! narrow strips, s apart, on a half-space (Cooper, Mikic and Yovanovich 1969, in the plane).
 
 use std::f64::consts::PI;
 
@@ -34,15 +36,15 @@ impl HeatLaw {
         self.group_of[body].map(|group| group as usize)
     }
 
+    /// Temperature of the group of this name (K), if it has one.
+    pub fn held_by_name(&self, name: &str) -> Option<f64> {
+        let group = self.groups.iter().find(|(known, _)| known == name);
+        group.and_then(|(_, held)| *held)
+    }
+
     /// Temperature of a group less the grains' at the start (K), if heat passes into it.
     pub fn held(&self, group: usize) -> Option<f64> {
         self.groups[group].1.map(|held| held - self.start)
-    }
-
-    /// True for a grain, and for a body into which heat passes.
-    pub fn takes(&self, body: usize) -> bool {
-        self.group(body)
-            .is_none_or(|group| self.held(group).is_some())
     }
 }
 
@@ -57,21 +59,26 @@ pub enum Conduction {
         conductivity: f64,
         /// E* t, t being the thickness (N/m): 1/E* = 2 (1 - nu^2)/E for two grains.
         modulus: f64,
+        /// s, over which heat spreads in a body that is no grain (m), where that resists.
+        spread: Option<f64>,
     },
 }
 
 impl Conduction {
-    /// H (W/K) of a contact under a force (N); `radii` (m) belong to its grains. A body that is no grain resists nothing.
+    /// H (W/K) of a contact under a force (N); `radii` (m) belong to its grains.
     pub fn conductance(&self, force: f64, reduced: f64, radii: [Option<f64>; 2]) -> f64 {
         match *self {
             Conduction::Constant(conductance) => conductance,
             Conduction::Hertz {
                 conductivity,
                 modulus,
+                spread,
             } => {
                 let width = (4.0 * force * reduced / (PI * modulus)).sqrt();
-                let side = |radius: f64| (4.0 * radius / width.min(radius)).ln();
-                PI * conductivity / radii.into_iter().flatten().map(side).sum::<f64>()
+                let grain = |radius: f64| (4.0 * radius / width.min(radius)).ln();
+                let body = spread.map_or(0.0, |spread| (spread / (PI * width)).ln().max(0.0));
+                let sides = radii.map(|radius| radius.map_or(body, grain));
+                PI * conductivity / (sides[0] + sides[1])
             }
         }
     }

@@ -18,7 +18,8 @@ impl Stepper {
             return;
         };
         for one in warmed {
-            state.heat.warm(bodies, law, one);
+            let places = [&state.centres[..], &state.surface];
+            state.heat.warm(bodies, law, one, places);
         }
         let (steps, time) = state.heat.waited;
         state.heat.waited = (steps + 1, time + input.step);
@@ -40,17 +41,19 @@ impl Stepper {
             let (force, reduced) = (slot.pressure()[0], bodies.reduced_radius(pair));
             let h = time * law.conduction.conductance(force, reduced, radii);
             let [a, b] = pair.map(|body| body as usize);
-            let (grain, group) = match groups {
+            let (grain, body) = match groups {
                 [None, None] => {
                     links.inner.push(([a, b], h));
                     continue;
                 }
-                [None, Some(group)] => (a, group),
-                [Some(group), None] => (b, group),
+                [None, Some(_)] => (a, b),
+                [Some(_), None] => (b, a),
                 [Some(_), Some(_)] => continue,
             };
-            if let Some(held) = law.held(group) {
-                links.outer.push((grain, group, held, h));
+            let place = (state.centres[grain], &state.surface[..]);
+            let body = state.heat.taker(bodies, body, place);
+            if let Some(beside) = state.heat.beside(law, body) {
+                links.outer.push((grain, body, beside, h));
             }
         }
         let heat = &mut state.heat;
@@ -63,8 +66,8 @@ impl Stepper {
         let ends = links.conducted(&capacities, &heat.rises);
         // The temperatures follow from the heat that passes at the ends found, so that none is lost.
         let received = links.received(&ends, 1.0);
-        for (grain, group, beside, h) in &links.outer {
-            heat.conducted[*group] -= h * (beside - ends[*grain]);
+        for (grain, body, beside, h) in &links.outer {
+            heat.give(bodies, law, *body, h * (ends[*grain] - beside));
         }
         let grains = heat.rises.iter_mut().zip(&received);
         for ((t, joules), capacity) in grains.zip(&capacities) {

@@ -1,5 +1,7 @@
 //! Contacts through which heat passes, and the implicit conduction through all of them.
 
+use crate::step::temperature::HeatTaker;
+
 /// Residual of the conduction of a step, relative to its start. Heat is conserved to rounding at any residual.
 const TOLERANCE: f64 = 1e-12;
 
@@ -11,8 +13,8 @@ const ITERATIONS_MAX: usize = 1000;
 pub struct Links {
     /// Two grains, and h H (J/K).
     pub inner: Vec<([usize; 2], f64)>,
-    /// A grain, the group of a body beside it, the body's rise (K), and h H (J/K).
-    pub outer: Vec<(usize, usize, f64, f64)>,
+    /// A grain, a body beside it, the body's rise (K), and h H (J/K).
+    pub outer: Vec<(usize, HeatTaker, f64, f64)>,
 }
 
 impl Links {

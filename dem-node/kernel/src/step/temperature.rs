@@ -62,6 +62,17 @@ pub struct Heat {
     pub peak_at: [f64; 3],
     /// Steps and time (s) since the last conduction.
     pub waited: (u32, f64),
+    /// Rises (K) that a coupler gives to the points of the boundary, NaN to others; empty where it gives none.
+    pub beside: Vec<f64>,
+    /// Heat that each of these points has taken since it was last asked for (J).
+    pub given: Vec<f64>,
+}
+
+/// A body that takes heat: its number, and where it is a part of the boundary its two points there, with their shares.
+#[derive(Clone, Copy, Debug)]
+pub struct HeatTaker {
+    pub(super) body: usize,
+    points: Option<[(usize, f64); 2]>,
 }
 
 impl Heat {
@@ -74,11 +85,24 @@ impl Heat {
         })
     }
 
+    /// Takes rises (K) of points of the boundary, `points` of this many, and returns the heat that each has taken since the last time (J).
+    pub fn exchange(&mut self, of: usize, points: &[usize], rises: &[f64]) -> Vec<f64> {
+        self.given.resize(of, 0.0);
+        self.beside.resize(of, f64::NAN);
+        let all = points.iter().zip(rises);
+        all.for_each(|(point, rise)| self.beside[*point] = *rise);
+        let given = points.iter();
+        given
+            .map(|point| std::mem::take(&mut self.given[*point]))
+            .collect()
+    }
+
     /// Every number that changes a later one.
     pub fn numbers(&self) -> impl Iterator<Item = f64> {
         let sums = self.produced.iter().chain(&self.conducted);
         let waited = [f64::from(self.waited.0), self.waited.1];
-        let all = self.rises.iter().chain(sums).copied();
+        let exchanged = self.beside.iter().chain(&self.given);
+        let all = self.rises.iter().chain(sums).chain(exchanged).copied();
         all.chain(waited)
     }
 
@@ -183,19 +207,65 @@ impl Heat {
         let heat = law.sources[2] * joules;
         self.produced[2] += heat;
         let count = touching.clone().count();
-        if law.takes(body) || count == 0 {
-            self.give(bodies, law, body, heat);
+        // The scheme loses nothing in the boundary, which a coupler moves.
+        let whole = |body| HeatTaker { body, points: None };
+        if self.takes(law, whole(body)) || count == 0 {
+            self.give(bodies, law, whole(body), heat);
         } else {
-            touching.for_each(|grain| self.give(bodies, law, grain, heat / count as f64));
+            touching.for_each(|grain| self.give(bodies, law, whole(grain), heat / count as f64));
         }
     }
 
     /// Heat (J) for a body.
-    fn give(&mut self, bodies: &Bodies, law: &HeatLaw, body: usize, joules: f64) {
-        match law.group(body) {
+    pub(super) fn give(&mut self, bodies: &Bodies, law: &HeatLaw, to: HeatTaker, joules: f64) {
+        match law.group(to.body) {
             Some(group) => self.conducted[group] += joules,
-            None => self.rises[body] += joules / bodies.heat_capacity(law, body),
+            None => self.rises[to.body] += joules / bodies.heat_capacity(law, to.body),
         }
+        for (point, share) in to.points.into_iter().flatten() {
+            self.given[point] += share * joules;
+        }
+    }
+
+    /// A body as it takes heat from a disk with its centre here (m); `surface` are the points of the surface.
+    pub(super) fn taker(
+        &self,
+        bodies: &Bodies,
+        body: usize,
+        (centre, surface): ([f64; 2], &[[f64; 2]]),
+    ) -> HeatTaker {
+        let glued = bodies
+            .glued_index(body)
+            .map(|point| [(point, 1.0), (point, 0.0)]);
+        let on_segment = || {
+            let segment = bodies.segment_index(body)?;
+            let foot = bodies.surface.foot(segment, surface, centre);
+            let foot = bodies.surface.on_boundary(foot, bodies.glued());
+            let [first, second] = foot.points.map(|point| point as usize);
+            Some([(first, 1.0 - foot.share), (second, foot.share)])
+        };
+        let given = |points: &[(usize, f64); 2]| !self.beside[points[0].0].is_nan();
+        let coupled = !self.beside.is_empty();
+        let points = coupled.then(|| glued.or_else(on_segment)).flatten();
+        HeatTaker {
+            body,
+            points: points.filter(given),
+        }
+    }
+
+    /// Rise of a body beside the grains (K), if heat passes into it.
+    pub(super) fn beside(&self, law: &HeatLaw, of: HeatTaker) -> Option<f64> {
+        let mean = |points: [(usize, f64); 2]| {
+            let parts = points.map(|(point, share)| share * self.beside[point]);
+            parts[0] + parts[1]
+        };
+        let group = law.group(of.body)?;
+        of.points.map(mean).or_else(|| law.held(group))
+    }
+
+    /// True for a grain, and for a body into which heat passes.
+    fn takes(&self, law: &HeatLaw, body: HeatTaker) -> bool {
+        law.group(body.body).is_none() || self.beside(law, body).is_some()
     }
 
     /// Keeps the highest temperature so far, with its place and time (s).
@@ -208,22 +278,30 @@ impl Heat {
     }
 
     /// Warms the bodies of a contact by its losses.
-    pub fn warm(&mut self, bodies: &Bodies, law: &HeatLaw, of: &PairHeat) {
+    pub(super) fn warm(
+        &mut self,
+        bodies: &Bodies,
+        law: &HeatLaw,
+        of: &PairHeat,
+        [centres, surface]: [&[[f64; 2]]; 2],
+    ) {
         let (pair, losses) = (of.pair, of.losses);
         let mut joules = 0.0;
         for ((sum, share), lost) in self.produced.iter_mut().zip(law.sources).zip(losses) {
             *sum += share * lost;
             joules += share * lost;
         }
-        match pair.map(|body| law.takes(body as usize)) {
+        let place = (centres[pair[0] as usize], surface);
+        let pair = pair.map(|body| self.taker(bodies, body as usize, place));
+        match pair.map(|body| self.takes(law, body)) {
             [true, true] => {
                 for body in pair {
-                    self.give(bodies, law, body as usize, 0.5 * joules);
+                    self.give(bodies, law, body, 0.5 * joules);
                 }
             }
             [takes, _] => {
                 let body = if takes { pair[0] } else { pair[1] };
-                self.give(bodies, law, body as usize, joules);
+                self.give(bodies, law, body, joules);
             }
         }
     }

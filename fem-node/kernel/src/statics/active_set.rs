@@ -100,8 +100,8 @@ pub(crate) struct ActiveSet {
     load: f64,
     /// Length of the face that has rolled off, towards +x (m).
     turned: f64,
-    /// Energy that friction has dissipated (J): mean force times slip, increment by increment.
-    dissipated: f64,
+    /// Energy that friction has dissipated at each node (J): mean force times slip, increment by increment.
+    dissipated: Vec<f64>,
     /// Abscissa of the centre (m).
     centre: f64,
 }
@@ -118,7 +118,7 @@ impl ActiveSet {
             wheel: [0.0; 2],
             load: 0.0,
             turned: 0.0,
-            dissipated: 0.0,
+            dissipated: vec![0.0; nodes],
             centre,
         }
     }
@@ -151,7 +151,7 @@ impl ActiveSet {
             approach: -self.wheel[1],
             lateral: face.centre() + self.wheel[0],
             turned: self.turned,
-            dissipated: self.dissipated,
+            dissipated: self.dissipated.clone(),
         }
     }
 
@@ -188,7 +188,7 @@ impl ActiveSet {
             };
             match increment.solve(edge, &extend) {
                 Ok(mut after) => {
-                    after.dissipated += after.slip_work(self, increment.face);
+                    after.dissipate(self, increment.face);
                     *self = after;
                     if let Some(moved) = moved {
                         *face = moved;
@@ -317,14 +317,14 @@ impl ActiveSet {
         along.sum::<f64>() + face.passed(node) - (self.turned - before.turned)
     }
 
-    /// Mean tangential force times slip since `before` over all nodes (J); nothing at a node whose friction has turned round on the way.
-    fn slip_work(&self, before: &ActiveSet, face: &Face) -> f64 {
-        let slid = |node: &usize| self.status[*node].direction() != 0.0;
-        let work = |node| {
-            let force = 0.5 * (before.tangential[node] + self.tangential[node]);
-            larger(0.0, force * self.slip(before, face, node))
-        };
-        (0..self.status.len()).filter(slid).map(work).sum()
+    /// Adds the mean tangential force times slip since `before` at each node; nothing at a node whose friction has turned round on the way.
+    fn dissipate(&mut self, before: &ActiveSet, face: &Face) {
+        for node in 0..self.status.len() {
+            if self.status[node].direction() != 0.0 {
+                let force = 0.5 * (before.tangential[node] + self.tangential[node]);
+                self.dissipated[node] += larger(0.0, force * self.slip(before, face, node));
+            }
+        }
     }
 
     /// Nodes that touch.

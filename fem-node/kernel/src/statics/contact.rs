@@ -21,11 +21,16 @@ pub struct WheelContact {
     pub lateral: f64,
     /// Length of the face that has rolled off, towards +x (m).
     pub turned: f64,
-    /// Energy that friction has dissipated since the start (J).
-    pub dissipated: f64,
+    /// Energy that friction has dissipated at each node since the start (J).
+    pub dissipated: Vec<f64>,
 }
 
 impl WheelContact {
+    /// Energy that friction has dissipated since the start (J).
+    pub fn lost(&self) -> f64 {
+        self.dissipated.iter().sum()
+    }
+
     /// Share of the touching nodes that slip; 0 when none touches.
     pub fn slipping_share(&self) -> f64 {
         let count =

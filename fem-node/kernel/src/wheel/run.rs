@@ -159,7 +159,7 @@ impl WheelRun {
         let pairs = self.old.iter().zip(&self.state.contacts).enumerate();
         for (k, (old, new)) in pairs.filter(|(_, (old, new))| old.closed() || new.closed()) {
             let mut passed = [0.0; 2];
-            let before = impact;
+            let (before, slid) = (impact, friction);
             for (component, at) in [k, wheel.stride + k].into_iter().enumerate() {
                 let du = h * moved.row.v[at] + 0.5 * h * h * moved.row.a[at];
                 let apart = du - moved.wheel[component];
@@ -186,6 +186,7 @@ impl WheelRun {
                 friction -= rolled_off;
                 drive -= rolled_off;
             }
+            self.state.slid[k] += friction - slid;
         }
         let state = &mut self.state;
         let step = state.step;

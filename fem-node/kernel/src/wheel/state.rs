@@ -53,6 +53,8 @@ pub struct WheelState {
     pub(super) spin: [f64; 2],
     /// The way that it has rolled.
     pub rolled: RollingRecord,
+    /// Energy that friction has dissipated at each node of the upper edge (J).
+    pub slid: Vec<f64>,
 }
 
 impl WheelState {
@@ -61,6 +63,7 @@ impl WheelState {
         WheelState {
             height: wheel.first_height,
             contacts: vec![NodeContact::default(); wheel.points.len()],
+            slid: vec![0.0; wheel.points.len()],
             ..WheelState::default()
         }
     }
@@ -69,6 +72,7 @@ impl WheelState {
     pub fn resting(wheel: &Wheel, approach: f64, contacts: Vec<NodeContact>) -> WheelState {
         let mut state = WheelState {
             height: wheel.first_height - approach,
+            slid: vec![0.0; contacts.len()],
             contacts,
             ..WheelState::default()
         };

@@ -4,6 +4,7 @@ use fem_kernel::integrate::state::NodalState;
 use fem_kernel::wheel::state::WheelState;
 use serde::{Deserialize, Serialize};
 
+use crate::model::heat::HeatState;
 use crate::output::ledger::Ledger;
 use crate::output::probe::{HoldRecord, PressureMaxima};
 
@@ -27,6 +28,8 @@ pub(crate) struct Committed {
     pub(crate) hold_record: Option<HoldRecord>,
     /// Force of each prescribed motion on the body (N).
     pub(crate) reactions: Vec<[f64; 2]>,
+    /// Temperatures, where the body has them.
+    pub(crate) heat: Option<HeatState>,
     /// Largest strain at the ends of the phases so far.
     pub(crate) strain_max: f64,
 }

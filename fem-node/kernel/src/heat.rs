@@ -1,0 +1,459 @@
+//! Heat in a structured body, in layers that are thin at its upper edge.
+//!
+//! ```text
+//!   o---o---o  upper edge      vertices in the columns of the mesh; between its rows, layers no thicker than 0.2 of their depth
+//!   o---o---o                  below the upper edge, down to where the rows of the mesh are as thin
+//!   o---o---o
+//!   |   |   |                  C (T' - T) = Q + h sum H (T_j' - T')   along a column
+//!   o---o---o                             + h sum H (T_j - T)         across columns
+//! ```
+//! Finite volumes around the vertices (Patankar 1980, ch. 4): with H = k t w/d between two of them, no temperature leaves the range of its neighbours,
+//! of the edges and of the start. Steps are implicit along the columns, so that the thinnest layer sets no limit.
+
+use protocol::larger;
+use serde::{Deserialize, Serialize};
+
+use crate::mesh::{Edge, Mesh};
+
+/// Thickness of a layer over the depth at which it begins, at most.
+const GROWTH: f64 = 0.2;
+
+/// Numbers of a body for its heat.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeatNumbers {
+    /// k (W/(m K)).
+    pub conductivity: f64,
+    /// rho c (J/(m3 K)).
+    pub capacity: f64,
+    /// Thickness of the body (m).
+    pub thickness: f64,
+    /// Thickness of the layer at the upper edge (m).
+    pub finest: f64,
+}
+
+/// Condition on an edge; without one it is insulated. Temperatures are rises above the start (K).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EdgeCondition {
+    /// Held at this temperature.
+    Held(f64),
+    /// Flux into the body (W/m2).
+    Flux(f64),
+    /// A film of this conductance (W/(m2 K)) to surroundings at a temperature.
+    Film([f64; 2]),
+}
+
+/// Vertices of a body, their capacities and conductances.
+#[derive(Clone, Debug)]
+pub struct HeatBody {
+    /// Vertices in a row.
+    columns: usize,
+    /// Abscissae of the columns (m).
+    x: Vec<f64>,
+    periodic: bool,
+    /// Row of vertices at the upper edge of each row of elements, and at the lower edge of the body.
+    firsts: Vec<usize>,
+    /// Thickness of the layer below each row of vertices over its row of elements.
+    shares: Vec<f64>,
+    /// C (J/K).
+    capacity: Vec<f64>,
+    /// H to the vertex below (W/K).
+    down: Vec<f64>,
+    /// H to the next vertex in the row (W/K).
+    right: Vec<f64>,
+    /// Temperature of each vertex on a held edge, with the edge's number.
+    held: Vec<Option<(usize, f64)>>,
+    /// Vertex, number of the edge, flux (W).
+    fluxes: Vec<(usize, usize, f64)>,
+    /// Vertex, number of the edge, conductance (W/K), temperature beside it.
+    films: Vec<(usize, usize, f64, f64)>,
+    edges: usize,
+    /// Longest step without overshoot across the columns (s).
+    limit: f64,
+}
+
+/// The part of the heat that steps change.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct HeatField {
+    /// Rises of the temperatures since the start (K), row after row.
+    pub rises: Vec<f64>,
+    /// Heat that waits for the next step, by vertices of the upper edge (J).
+    pub upper: Vec<f64>,
+    /// The same by elements, in the order of their dissipation; empty without a source there.
+    pub inner: Vec<f64>,
+    /// Heat that has left through each edge with a condition (J).
+    pub conducted: Vec<f64>,
+    /// Highest rise on the upper edge at the end of a step (K), its abscissa (m) and time (s).
+    pub peak: [f64; 3],
+    /// Fall of the temperature over the first layer below it, over this rise.
+    pub peak_fall: f64,
+    /// Time since the start (s).
+    pub time: f64,
+}
+
+/// Factors of the columns for steps of one length.
+#[derive(Clone, Debug, Default)]
+pub struct ColumnFactors {
+    step: f64,
+    lower: Vec<f64>,
+    inverse: Vec<f64>,
+    upper: Vec<f64>,
+    right: Vec<f64>,
+}
+
+impl HeatBody {
+    /// The vertices of a structured mesh; an earlier condition takes precedence in a corner.
+    pub fn new(
+        mesh: &Mesh,
+        numbers: HeatNumbers,
+        conditions: &[(Edge, EdgeCondition)],
+    ) -> HeatBody {
+        let depths: Vec<f64> = (0..=mesh.rows)
+            .map(|j| mesh.point(0, 0)[1] - mesh.point(0, j)[1])
+            .collect();
+        let layers: Vec<Vec<f64>> = depths
+            .windows(2)
+            .map(|ends| layers([ends[0], ends[1]], numbers.finest))
+            .collect();
+        let mut firsts = vec![0];
+        for row in &layers {
+            firsts.push(firsts[firsts.len() - 1] + row.len());
+        }
+        let shares: Vec<f64> = layers.into_iter().flatten().collect();
+        let columns = mesh.columns + usize::from(!mesh.periodic);
+        let mut body = HeatBody {
+            columns,
+            x: (0..columns).map(|i| mesh.point(i, 0)[0]).collect(),
+            periodic: mesh.periodic,
+            firsts,
+            shares,
+            capacity: Vec::new(),
+            down: Vec::new(),
+            right: Vec::new(),
+            held: Vec::new(),
+            fluxes: Vec::new(),
+            films: Vec::new(),
+            edges: conditions.len(),
+            limit: f64::INFINITY,
+        };
+        body.fill(mesh, numbers);
+        for (edge, (place, condition)) in conditions.iter().enumerate() {
+            body.condition(mesh, numbers.thickness, *place, (edge, *condition));
+        }
+        let held = &body.held;
+        body.films.retain(|film| held[film.0].is_none());
+        body.limit = body.longest();
+        body
+    }
+
+    fn rows(&self) -> usize {
+        self.shares.len() + 1
+    }
+
+    /// Capacities and conductances, column by column.
+    fn fill(&mut self, mesh: &Mesh, numbers: HeatNumbers) {
+        let (columns, rows) = (self.columns, self.rows());
+        let (k, t) = (numbers.conductivity, numbers.thickness);
+        let gaps: Vec<f64> = (0..mesh.columns)
+            .map(|i| mesh.point(i + 1, 0)[0] - mesh.point(i, 0)[0])
+            .collect();
+        let before = |i: usize| match i {
+            0 if self.periodic => gaps[mesh.columns - 1],
+            0 => 0.0,
+            _ => gaps[i - 1],
+        };
+        let widths: Vec<f64> = (0..columns)
+            .map(|i| 0.5 * (before(i) + gaps.get(i).unwrap_or(&0.0)))
+            .collect();
+        let thick = |i: usize, row: usize| {
+            let j = self.firsts.partition_point(|first| *first <= row) - 1;
+            let height = mesh.point(i, j)[1] - mesh.point(i, j + 1)[1];
+            self.shares[row] * height
+        };
+        let around = |i: usize, row: usize| {
+            let above = if row > 0 { thick(i, row - 1) } else { 0.0 };
+            let below = if row + 1 < rows { thick(i, row) } else { 0.0 };
+            0.5 * (above + below)
+        };
+        let all = (0..rows).flat_map(|row| (0..columns).map(move |i| (i, row)));
+        let capacity = all
+            .clone()
+            .map(|(i, row)| numbers.capacity * t * widths[i] * around(i, row));
+        let down = all.clone().map(|(i, row)| {
+            let layer = (row + 1 < rows).then(|| thick(i, row));
+            layer.map_or(0.0, |layer| k * t * widths[i] / layer)
+        });
+        let right = all.map(|(i, row)| {
+            let next = if i + 1 < columns { i + 1 } else { 0 };
+            let gap = gaps.get(i);
+            gap.map_or(0.0, |gap| {
+                k * t * 0.5 * (around(i, row) + around(next, row)) / gap
+            })
+        });
+        let filled = [capacity.collect(), down.collect(), right.collect()];
+        [self.capacity, self.down, self.right] = filled;
+        self.held = vec![None; columns * rows];
+    }
+
+    /// Enters the condition of an edge.
+    fn condition(
+        &mut self,
+        mesh: &Mesh,
+        thickness: f64,
+        place: Edge,
+        (edge, condition): (usize, EdgeCondition),
+    ) {
+        let (columns, rows) = (self.columns, self.rows());
+        let along: Vec<usize> = match place {
+            Edge::Top => (0..columns).collect(),
+            Edge::Bottom => ((rows - 1) * columns..rows * columns).collect(),
+            Edge::Left => (0..rows).map(|row| row * columns).collect(),
+            Edge::Right => (0..rows).map(|row| (row + 1) * columns - 1).collect(),
+        };
+        let lengths = match place {
+            Edge::Top | Edge::Bottom => mesh.surface(place).1,
+            Edge::Left | Edge::Right => {
+                let column = if place == Edge::Left { 0 } else { mesh.columns };
+                let height = mesh.point(column, 0)[1] - mesh.point(column, mesh.rows)[1];
+                let all: f64 = (0..rows)
+                    .map(|row| self.capacity[along[0] + row * columns])
+                    .sum();
+                let of = |vertex: &usize| height * self.capacity[*vertex] / all;
+                along.iter().map(of).collect()
+            }
+        };
+        for (vertex, length) in along.into_iter().zip(lengths) {
+            let area = length * thickness;
+            match condition {
+                EdgeCondition::Held(rise) => {
+                    let _ = self.held[vertex].get_or_insert((edge, rise));
+                }
+                EdgeCondition::Flux(flux) => self.fluxes.push((vertex, edge, flux * area)),
+                EdgeCondition::Film([film, beside]) => {
+                    self.films.push((vertex, edge, film * area, beside));
+                }
+            }
+        }
+    }
+
+    /// The vertex before another one in its row.
+    fn left_of(&self, vertex: usize) -> Option<usize> {
+        match vertex % self.columns {
+            0 if self.periodic => Some(vertex + self.columns - 1),
+            0 => None,
+            _ => Some(vertex - 1),
+        }
+    }
+
+    fn longest(&self) -> f64 {
+        let rate = |vertex: usize| {
+            let left = self.left_of(vertex).map_or(0.0, |left| self.right[left]);
+            (left + self.right[vertex]) / self.capacity[vertex]
+        };
+        let free = (0..self.capacity.len()).filter(|vertex| self.held[*vertex].is_none());
+        1.0 / free.map(rate).fold(0.0, larger)
+    }
+
+    /// Everything at the temperature of the start, but for held edges.
+    pub fn at_start(&self) -> HeatField {
+        let held = self.held.iter();
+        HeatField {
+            rises: held
+                .map(|held| held.map_or(0.0, |(_, rise)| rise))
+                .collect(),
+            upper: vec![0.0; self.columns],
+            conducted: vec![0.0; self.edges],
+            ..HeatField::default()
+        }
+    }
+
+    /// Heat that the body has gained since the start, without its held edges (J).
+    pub fn stored(&self, field: &HeatField) -> f64 {
+        let all = self.capacity.iter().zip(&field.rises).zip(&self.held);
+        let free = all.filter(|(_, held)| held.is_none());
+        free.map(|((capacity, rise), _)| capacity * rise).sum()
+    }
+
+    /// Rise at node (column, row) of the mesh (K).
+    pub fn rise(&self, field: &HeatField, [column, row]: [usize; 2]) -> f64 {
+        field.rises[self.firsts[row] * self.columns + column % self.columns]
+    }
+
+    /// Rises of the upper edge (K), node by node.
+    pub fn upper<'a>(&self, field: &'a HeatField) -> &'a [f64] {
+        &field.rises[..self.columns]
+    }
+
+    /// Goes on by this time (s), with the heat that waits.
+    pub fn advance(&self, field: &mut HeatField, factors: &mut ColumnFactors, time: f64) {
+        let parts = (time / self.limit).ceil().max(1.0);
+        let step = time / parts;
+        if factors.step != step {
+            *factors = self.factors(step);
+        }
+        let mut added = vec![0.0; self.capacity.len()];
+        added[..self.columns].copy_from_slice(&field.upper);
+        field.upper.fill(0.0);
+        self.spread(&mut field.inner, &mut added);
+        added.iter_mut().for_each(|heat| *heat /= parts);
+        for _ in 0..parts as u64 {
+            self.step(field, factors, &added);
+        }
+    }
+
+    /// Spreads the heat of elements over their vertices, by the thickness of the layers.
+    fn spread(&self, inner: &mut [f64], added: &mut [f64]) {
+        let element_rows = self.firsts.len() - 1;
+        let stride = inner.len() / element_rows;
+        let elements = self.columns - usize::from(!self.periodic);
+        for (j, row) in inner.chunks_exact_mut(stride.max(1)).enumerate() {
+            for (i, heat) in row.iter_mut().enumerate().take(elements) {
+                let quarter = 0.25 * std::mem::take(heat);
+                let next = if i + 1 < self.columns { i + 1 } else { 0 };
+                for layer in self.firsts[j]..self.firsts[j + 1] {
+                    for (row, column) in [(0, i), (0, next), (1, i), (1, next)] {
+                        added[(layer + row) * self.columns + column] +=
+                            quarter * self.shares[layer];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Factors of the columns for a step (s).
+    fn factors(&self, step: f64) -> ColumnFactors {
+        let count = self.capacity.len();
+        let mut factors = ColumnFactors {
+            step,
+            lower: vec![0.0; count],
+            inverse: vec![0.0; count],
+            upper: vec![0.0; count],
+            right: self.right.iter().map(|h| step * h).collect(),
+        };
+        let mut own = self.capacity.clone();
+        for (vertex, _, conductance, _) in &self.films {
+            own[*vertex] += step * conductance;
+        }
+        for vertex in 0..count {
+            let above = vertex.checked_sub(self.columns);
+            let up = above.map_or(0.0, |above| step * self.down[above]);
+            let down = step * self.down[vertex];
+            if self.held[vertex].is_some() {
+                factors.inverse[vertex] = 1.0;
+                continue;
+            }
+            factors.lower[vertex] = up;
+            let eliminated = above.map_or(0.0, |above| up * factors.upper[above]);
+            factors.inverse[vertex] = 1.0 / (own[vertex] + up + down - eliminated);
+            factors.upper[vertex] = down * factors.inverse[vertex];
+        }
+        factors
+    }
+
+    fn step(&self, field: &mut HeatField, factors: &ColumnFactors, added: &[f64]) {
+        let (columns, step) = (self.columns, factors.step);
+        let rises = &mut field.rises;
+        let mut heat: Vec<f64> = (self.capacity.iter().zip(&*rises).zip(added))
+            .map(|((capacity, rise), added)| capacity * rise + added)
+            .collect();
+        let rows = rises
+            .chunks_exact(columns)
+            .zip(heat.chunks_exact_mut(columns));
+        for ((rises, heat), right) in rows.zip(factors.right.chunks_exact(columns)) {
+            for i in 0..columns - 1 {
+                let across = right[i] * (rises[i + 1] - rises[i]);
+                heat[i] += across;
+                heat[i + 1] -= across;
+            }
+            if self.periodic {
+                let across = right[columns - 1] * (rises[0] - rises[columns - 1]);
+                heat[columns - 1] += across;
+                heat[0] -= across;
+            }
+        }
+        for (vertex, edge, flux) in &self.fluxes {
+            heat[*vertex] += step * flux;
+            field.conducted[*edge] -= step * flux;
+        }
+        for (vertex, _, conductance, beside) in &self.films {
+            heat[*vertex] += step * conductance * beside;
+        }
+        // What a held vertex gets beside the heat along its column leaves at once.
+        for (vertex, held) in self.held.iter().enumerate() {
+            if let Some((edge, rise)) = held {
+                field.conducted[*edge] += heat[vertex] - self.capacity[vertex] * rise;
+                heat[vertex] = *rise;
+            }
+        }
+        for vertex in 0..columns {
+            heat[vertex] *= factors.inverse[vertex];
+        }
+        for vertex in columns..heat.len() {
+            heat[vertex] = (heat[vertex] + factors.lower[vertex] * heat[vertex - columns])
+                * factors.inverse[vertex];
+        }
+        for vertex in (0..heat.len() - columns).rev() {
+            heat[vertex] += factors.upper[vertex] * heat[vertex + columns];
+        }
+        rises.copy_from_slice(&heat);
+        for (vertex, edge, conductance, beside) in &self.films {
+            field.conducted[*edge] += step * conductance * (rises[*vertex] - beside);
+        }
+        self.along_columns(field, step);
+        field.time += step;
+        self.see_peak(field);
+    }
+
+    /// Books the heat that passes along columns into held vertices.
+    fn along_columns(&self, field: &mut HeatField, step: f64) {
+        let rises = &field.rises;
+        for (vertex, pair) in self
+            .held
+            .iter()
+            .zip(self.held.iter().skip(self.columns))
+            .enumerate()
+        {
+            let below = vertex + self.columns;
+            let down = step * self.down[vertex] * (rises[vertex] - rises[below]);
+            match pair {
+                (None, Some((edge, _))) => field.conducted[*edge] += down,
+                (Some((edge, _)), None) => field.conducted[*edge] -= down,
+                _ => {}
+            }
+        }
+    }
+
+    fn see_peak(&self, field: &mut HeatField) {
+        let below = &field.rises[self.columns..];
+        let upper = field.rises.iter().zip(below).zip(&self.held);
+        for (((rise, below), held), x) in upper.zip(&self.x) {
+            if *rise > field.peak[0] {
+                field.peak = [*rise, *x, field.time];
+                // The temperature of a held edge is given.
+                field.peak_fall = held.map_or((rise - below) / rise, |_| 0.0);
+            }
+        }
+    }
+}
+
+/// Layers of a row of elements between two depths (m), each over the thickness of the row.
+fn layers([from, to]: [f64; 2], finest: f64) -> Vec<f64> {
+    let mut depths = vec![from];
+    let mut at = from;
+    while at + larger(finest, GROWTH * at) < to {
+        at += larger(finest, GROWTH * at);
+        depths.push(at);
+    }
+    // The last layer is as thick as the rule wants, or thinner: all are stretched to end with the row.
+    let next = at + larger(finest, GROWTH * at);
+    let (keep, end) = if next - to > to - at && depths.len() > 1 {
+        (depths.len() - 1, at)
+    } else {
+        (depths.len(), next)
+    };
+    depths.truncate(keep);
+    depths.push(end);
+    depths
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0]) / (end - from))
+        .collect()
+}

@@ -1,0 +1,163 @@
+//! The keys of `heat`: temperatures of a body.
+
+use std::collections::BTreeMap;
+
+use fem_kernel::heat::EdgeCondition;
+use fem_kernel::mesh::Edge;
+use kit::ConfigError;
+use kit::keys::refuse_if;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::choice::{Analysis, ContactEdge};
+use super::keys::FemConfig;
+use super::mesh::MeshSource;
+
+/// `heat`: friction under the body's own wheel, plastic flow and grains on its upper edge warm the body, and heat passes through it.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeatConfig {
+    /// Thermal conductivity k (W/(m K)).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub conductivity_w_per_m_k: f64,
+    /// Heat capacity c (J/(kg K)).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub capacity_j_per_kg_k: f64,
+    /// Temperature at the start (K).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub start_k: f64,
+    /// Thickness of the layer at the upper edge (m); a 64th of the first row of elements when absent.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub finest_m: Option<f64>,
+    /// Own steps from one step of heat to the next. A static analysis has one in each increment.
+    #[serde(default = "hundred")]
+    #[schemars(range(min = 1))]
+    pub every_steps: u32,
+    /// Shares of the losses that become heat.
+    #[serde(default)]
+    pub sources: HeatSources,
+    /// Share of the heat by friction that the wheel takes: b_w/(b + b_w) for two half-spaces that meet for the same time, b = sqrt(k rho c); 0 when
+    /// absent, an insulated wheel.
+    #[serde(default)]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub wheel_share: f64,
+    /// Conditions on `top`, `bottom`, `left` and `right`; an edge without one is insulated.
+    #[serde(default)]
+    pub edges: BTreeMap<String, HeatEdge>,
+}
+
+/// `heat.sources`: shares of the losses that become heat.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct HeatSources {
+    /// Share of the slip under the body's own wheel; 1 when absent.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub friction: f64,
+    /// Share of the plastic work (Taylor and Quinney 1934); 0.9 when absent.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub plastic: f64,
+}
+
+impl Default for HeatSources {
+    fn default() -> HeatSources {
+        HeatSources {
+            friction: 1.0,
+            plastic: 0.9,
+        }
+    }
+}
+
+/// Condition on an edge: a temperature, a flux, or a film to surroundings.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeatEdge {
+    /// Temperature at which it is held (K).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub held_k: Option<f64>,
+    /// Flux into the body (W/m2).
+    pub flux_w_per_m2: Option<f64>,
+    /// Conductance of a film (W/(m2 K)) to surroundings at `ambient_k`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub film_w_per_m2_k: Option<f64>,
+    /// Temperature of the surroundings beyond the film (K).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub ambient_k: Option<f64>,
+}
+
+fn hundred() -> u32 {
+    100
+}
+
+impl HeatConfig {
+    /// The edges with their conditions, temperatures as rises above the start.
+    ///
+    /// # Errors
+    /// An unknown edge, or an edge without exactly one condition.
+    pub(crate) fn conditions(&self) -> Result<Vec<(Edge, EdgeCondition)>, ConfigError> {
+        let start = self.start_k;
+        let each = self.edges.iter().map(|(name, given)| {
+            let key = format!("heat.edges.{name}");
+            let edge = Edge::named(name).ok_or_else(|| {
+                ConfigError::new(&key, "is no edge of a structured mesh")
+                    .help("name top, bottom, left or right")
+            })?;
+            let film = given.film_w_per_m2_k.zip(given.ambient_k);
+            let condition = match (given.held_k, given.flux_w_per_m2, film) {
+                (Some(held), None, None) => Some(EdgeCondition::Held(held - start)),
+                (None, Some(flux), None) => Some(EdgeCondition::Flux(flux)),
+                (None, None, Some((film, ambient))) => {
+                    Some(EdgeCondition::Film([film, ambient - start]))
+                }
+                _ => None,
+            };
+            let whole = given.film_w_per_m2_k.is_some() == given.ambient_k.is_some();
+            let condition = condition.filter(|_| whole).ok_or_else(|| {
+                ConfigError::new(&key, "has no condition, or more than one")
+                    .help("give held_k, flux_w_per_m2, or film_w_per_m2_k with ambient_k")
+            })?;
+            Ok((edge, condition))
+        });
+        each.collect()
+    }
+
+    /// Refuses bodies whose heat has no mesh, no time or no way.
+    pub(super) fn check(&self, config: &FemConfig) -> Result<(), ConfigError> {
+        let graded = match &config.mesh {
+            MeshSource::Graded(mesh) => mesh.contact_edge == ContactEdge::Top,
+            MeshSource::Gmsh(_) => false,
+        };
+        let wheel = config.wheel.as_ref();
+        let moves = wheel.is_some_and(|wheel| wheel.rolling.is_some() || wheel.cycles > 0.0);
+        let ends = ["left", "right"].map(|end| self.edges.contains_key(end));
+        let refusals = [
+            (
+                !graded,
+                "heat",
+                "needs a structured mesh whose contact edge is the upper one: its layers lie below this edge",
+                "give mesh.width_m and the other sizes, or remove `heat`",
+            ),
+            (
+                config.analysis == Analysis::Static && !moves,
+                "heat",
+                "takes the time of a static analysis from its moving wheel, which is missing",
+                "give wheel.rolling or wheel.cycles, or take analysis = \"dynamic\"",
+            ),
+            (
+                config.wheel.is_none() && self.wheel_share != 0.0,
+                "heat.wheel_share",
+                "has no effect without a wheel of the body's own",
+                "remove it",
+            ),
+            (
+                config.mesh.periodic_x() && ends.contains(&true),
+                "heat.edges",
+                "names an end of a body that repeats along x and has none",
+                "remove left and right",
+            ),
+        ];
+        refusals
+            .into_iter()
+            .try_for_each(|(holds, key, why, help)| refuse_if(holds, key, why, help))?;
+        self.conditions().map(|_| ())
+    }
+}

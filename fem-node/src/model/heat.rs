@@ -1,0 +1,237 @@
+//! The heat of a body: its vertices, the shares of its sources, and its results.
+
+use fem_kernel::heat::{ColumnFactors, HeatBody, HeatField, HeatNumbers};
+use fem_kernel::mesh::Mesh;
+use kit::ConfigError;
+use serde::{Deserialize, Serialize};
+
+use crate::config::keys::FemConfig;
+
+kit::results! {
+    /// # Signals
+    /// - `surface_temperature_max_k`: Highest temperature of the upper edge of a body.
+    /// # Heat
+    /// - `surface_temperature_peak_k`: Highest temperature that the upper edge of a body had.
+    /// - `surface_temperature_peak_s`: When it had it.
+    /// - `surface_temperature_peak_x_m`: Where it had it.
+    /// - `heat_plastic_j`: Heat by plastic flow.
+    /// - `heat_through_<edge>_j`: Heat that left a body through an edge with a condition; negative where it entered.
+    /// - `heat_to_own_wheel_j`: Heat by friction that a body's own wheel took.
+    /// - `heat_interface_j`: Heat that entered a body through its coupled surface.
+}
+
+/// Layers in the first row of elements, were they equally thin.
+const LAYERS: f64 = 64.0;
+
+/// Everything about the heat of a body that does not change.
+#[derive(Clone, Debug)]
+pub(crate) struct BodyHeat {
+    pub(crate) body: HeatBody,
+    /// Temperature at the start (K).
+    pub(crate) start: f64,
+    /// Own steps from one step of heat to the next.
+    pub(crate) every: u64,
+    /// Shares of friction and of plastic flow that become heat.
+    sources: [f64; 2],
+    /// Share of the heat by friction that the wheel takes.
+    wheel_share: f64,
+    edges: Vec<String>,
+}
+
+/// The heat of a body so far.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct HeatState {
+    pub(crate) field: HeatField,
+    /// Heat by friction, the wheel's included, and by plastic flow (J).
+    produced: [f64; 2],
+    /// Heat that the wheel has taken (J).
+    to_wheel: f64,
+    /// Heat that has entered through the coupled surface (J).
+    entered: f64,
+    /// Loss by friction at each node of the upper edge that has become heat (J).
+    slid: Vec<f64>,
+}
+
+/// Heat of a body in the course of a window, with the factors of its columns.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct HeatRun {
+    pub(crate) state: HeatState,
+    factors: ColumnFactors,
+    /// Loss by plastic flow since the start of the window that has become heat, by elements (J).
+    yielded: Vec<f64>,
+}
+
+impl BodyHeat {
+    /// The heat of a body on this mesh, of this thickness (m).
+    pub(super) fn new(
+        config: &FemConfig,
+        mesh: &Mesh,
+        thickness: f64,
+    ) -> Result<Option<BodyHeat>, ConfigError> {
+        let Some(heat) = &config.heat else {
+            return Ok(None);
+        };
+        let first = mesh.point(0, 0)[1] - mesh.point(0, 1)[1];
+        let numbers = HeatNumbers {
+            conductivity: heat.conductivity_w_per_m_k,
+            capacity: config.material.density_kg_per_m3 * heat.capacity_j_per_kg_k,
+            thickness,
+            finest: heat.finest_m.unwrap_or(first / LAYERS),
+        };
+        Ok(Some(BodyHeat {
+            body: HeatBody::new(mesh, numbers, &heat.conditions()?),
+            start: heat.start_k,
+            every: u64::from(heat.every_steps),
+            sources: [heat.sources.friction, heat.sources.plastic],
+            wheel_share: heat.wheel_share,
+            edges: heat.edges.keys().cloned().collect(),
+        }))
+    }
+
+    /// Lets heat pass in the steps of a window, from one number of own steps since the start to another, of this length (s).
+    pub(crate) fn pass(
+        &self,
+        state: &mut HeatState,
+        factors: &mut ColumnFactors,
+        ([before, after], step): ([u64; 2], f64),
+    ) {
+        for _ in before / self.every..after / self.every {
+            let time = self.every as f64 * step;
+            self.body.advance(&mut state.field, factors, time);
+        }
+    }
+
+    /// Takes heat (J) at these nodes of the upper edge, and returns their temperatures (K).
+    pub(crate) fn exchange(
+        &self,
+        state: &mut HeatState,
+        nodes: &[[usize; 2]],
+        heat: &[f64],
+    ) -> Vec<f64> {
+        for ([column, _], joules) in nodes.iter().zip(heat) {
+            state.field.upper[*column] += joules;
+            state.entered += joules;
+        }
+        let rises = nodes.iter().map(|node| self.body.rise(&state.field, *node));
+        rises.map(|rise| self.start + rise).collect()
+    }
+
+    /// At the start.
+    pub(crate) fn at_start(&self) -> HeatState {
+        HeatState {
+            field: self.body.at_start(),
+            ..HeatState::default()
+        }
+    }
+
+    /// Signals by name.
+    pub(crate) fn signals(&self, state: &HeatState) -> [(String, f64); 1] {
+        let upper = self.body.upper(&state.field).iter();
+        let highest = upper.copied().fold(f64::NEG_INFINITY, protocol::larger);
+        [("surface_temperature_max_k".into(), self.start + highest)]
+    }
+
+    /// Results by name; `lost` are the losses by friction and by plastic flow in the ledger (J).
+    pub(crate) fn results(&self, state: &HeatState, lost: [f64; 2]) -> Vec<(String, f64)> {
+        let [rise, x, t] = state.field.peak;
+        let [friction, plastic] = state.produced;
+        let named = [
+            ("surface_temperature_peak_k", self.start + rise),
+            ("surface_temperature_peak_s", t),
+            ("surface_temperature_peak_x_m", x),
+            ("heat_friction_j", friction),
+            ("heat_plastic_j", plastic),
+            ("heat_to_own_wheel_j", state.to_wheel),
+            ("heat_interface_j", state.entered),
+            ("heat_stored_j", self.body.stored(&state.field)),
+            ("heat_balance_rel", self.balance_rel(state, lost)),
+        ];
+        let through = self.edges.iter().zip(&state.field.conducted);
+        let through = through.map(|(edge, joules)| (format!("heat_through_{edge}_j"), *joules));
+        let named = named.map(|(name, value)| (name.to_string(), value));
+        named.into_iter().chain(through).collect()
+    }
+
+    /// Heat produced, less stored and conducted away, and what the shares of the losses and the heat produced differ by, over the sum of their sizes.
+    pub(crate) fn balance_rel(&self, state: &HeatState, lost: [f64; 2]) -> f64 {
+        let field = &state.field;
+        let waiting: f64 = field.upper.iter().chain(&field.inner).sum();
+        let stored = self.body.stored(field) + waiting;
+        let conducted = field.conducted.iter().sum::<f64>() + state.to_wheel;
+        let produced = state.produced.iter().sum::<f64>() + state.entered;
+        let booked = (0..2).map(|k| (state.produced[k] - self.sources[k] * lost[k]).abs());
+        let all = state.produced.iter().chain(&field.conducted);
+        let all = all.chain([&stored, &state.to_wheel, &state.entered]);
+        let size: f64 = all.map(|joules| joules.abs()).sum();
+        if size > 0.0 {
+            ((produced - stored - conducted).abs() + booked.sum::<f64>()) / size
+        } else {
+            0.0
+        }
+    }
+}
+
+impl HeatState {
+    /// Takes the losses by plastic flow in each element (J).
+    pub(crate) fn yields(&mut self, heat: &BodyHeat, lost: impl ExactSizeIterator<Item = f64>) {
+        let inner = &mut self.field.inner;
+        inner.resize(lost.len(), 0.0);
+        for (waiting, lost) in inner.iter_mut().zip(lost) {
+            let joules = heat.sources[1] * lost;
+            self.produced[1] += joules;
+            *waiting += joules;
+        }
+    }
+
+    /// With the heat of slip since the last step of heat, the losses at each node so far given (J).
+    pub(crate) fn with_last(&self, heat: &BodyHeat, slid: &[f64]) -> HeatState {
+        let mut state = self.clone();
+        state.rub(heat, slid);
+        state
+    }
+
+    fn rub(&mut self, heat: &BodyHeat, slid: &[f64]) {
+        self.slid.resize(slid.len(), 0.0);
+        let upper = self.field.upper.iter_mut();
+        for ((waiting, before), slid) in upper.zip(&mut self.slid).zip(slid) {
+            let joules = heat.sources[0] * (slid - *before);
+            *before = *slid;
+            self.produced[0] += joules;
+            self.to_wheel += heat.wheel_share * joules;
+            *waiting += (1.0 - heat.wheel_share) * joules;
+        }
+    }
+
+    /// Numbers that can change a later bit.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = &f64> {
+        let field = &self.field;
+        let waiting = field.upper.iter().chain(&field.inner);
+        let sums = self.produced.iter().chain(&field.conducted);
+        let sums = sums.chain([&self.to_wheel, &self.entered]);
+        field.rises.iter().chain(waiting).chain(sums)
+    }
+}
+
+impl HeatRun {
+    /// Begins a window.
+    pub(crate) fn restore(&mut self, start: &HeatState) {
+        self.state.clone_from(start);
+        self.yielded.fill(0.0);
+    }
+
+    /// Takes the losses by plastic flow since the last call, in each element since the start of the window (J).
+    pub(crate) fn yield_to(&mut self, heat: &BodyHeat, yielded: &[f64]) {
+        self.yielded.resize(yielded.len(), 0.0);
+        let both = yielded.iter().zip(&self.yielded);
+        self.state
+            .yields(heat, both.map(|(after, before)| after - before));
+        self.yielded.copy_from_slice(yielded);
+    }
+
+    /// Takes the losses by slip at each node since the start of the run (J), and goes on by this time (s).
+    pub(crate) fn advance(&mut self, heat: &BodyHeat, slid: &[f64], time: f64) {
+        self.state.rub(heat, slid);
+        let field = &mut self.state.field;
+        heat.body.advance(field, &mut self.factors, time);
+    }
+}

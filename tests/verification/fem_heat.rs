@@ -1,0 +1,379 @@
+//! Heat of a body.
+//!
+//! ```text
+//!      q ->            a band of heat that moves over a half-space, a flux into one,
+//!   ========---        a slab between two temperatures, a wheel that slides over a rail
+//!   _________________
+//! ```
+//!
+//! Exact, with b = sqrt(k rho c) and kappa = k/(rho c): 2 q sqrt(t/pi)/b under a flux; decay by kappa (pi/L)^2 in a slab; C q sqrt(a/(pi V))/b for a
+//! fast band of the half-width a, C = 2 sqrt(2) if uniform, 2.188 with the flux of a semi-ellipse, 4 sqrt(6)/5 of a parabola; for a slow one
+//! q/(pi k) int exp(-V (x - s)/(2 kappa)) K0(V |x - s|/(2 kappa)) ds.
+//! Source: H. S. Carslaw and J. C. Jaeger, Conduction of Heat in Solids, 1959, sections 2.9, 3.4 and 10.7.
+
+use std::f64::consts::PI;
+
+use fem_kernel::heat::{ColumnFactors, EdgeCondition, HeatBody, HeatField, HeatNumbers};
+use fem_kernel::mesh::{Edge, Mesh};
+use fem_node::{FemConfig, StaticNode};
+use kit::read_config;
+use protocol::Node;
+use serde_json::{Value, json};
+
+use crate::fem_bodies::{node, reported, setting, strip as strip_of, window, with};
+
+/// Steel: k (W/(m K)), rho c (J/(m3 K)), and the thickness (m).
+const K: f64 = 45.0;
+const RHO_C: f64 = 7800.0 * 460.0;
+const T: f64 = 1e-3;
+
+fn numbers(finest: f64) -> HeatNumbers {
+    HeatNumbers {
+        conductivity: K,
+        capacity: RHO_C,
+        thickness: T,
+        finest,
+    }
+}
+
+/// A strip of elements of this size, its upper left corner at the origin.
+fn strip([columns, rows]: [usize; 2], [dx, dy]: [f64; 2]) -> Mesh {
+    Mesh::structured(columns, rows, |i, j| [dx * i as f64, -dy * j as f64])
+}
+
+fn march(body: &HeatBody, field: &mut HeatField, steps: u32, step: f64) {
+    let mut factors = ColumnFactors::default();
+    for _ in 0..steps {
+        body.advance(field, &mut factors, step);
+    }
+}
+
+/// Error of the rise under a flux for 1 ms, over the rise: in `steps` steps, with an uppermost layer of this thickness (m).
+fn error_under_a_flux(steps: u32, finest: f64) -> f64 {
+    let mesh = strip([2, 8], [1e-4, 2e-4]);
+    let flux = [(Edge::Top, EdgeCondition::Flux(1e8))];
+    let body = HeatBody::new(&mesh, numbers(finest), &flux);
+    let mut field = body.at_start();
+    march(&body, &mut field, steps, 1e-3 / f64::from(steps));
+    let exact = 2e8 * (1e-3 / PI).sqrt() / (K * RHO_C).sqrt();
+    body.rise(&field, [1, 0]) / exact - 1.0
+}
+
+#[test]
+fn the_surface_of_a_half_space_warms_with_the_root_of_time() {
+    let errors = [10, 100, 1000].map(|steps| error_under_a_flux(steps, 3e-6));
+    assert!(errors[2].abs() < 2.5e-3, "{errors:?}");
+    assert!(errors[0].abs() < 0.03, "{errors:?}");
+    // Without layers within the row of elements, whose 0.2 mm heat has hardly crossed.
+    let coarse = error_under_a_flux(1000, 2e-4);
+    assert!(coarse < -0.1, "{coarse}");
+}
+
+/// Rate of decay of a slab of this many elements between two held edges, over kappa (pi/L)^2, less 1.
+fn error_of_decay(count: usize, edges: [Edge; 2]) -> f64 {
+    let (long, size) = (1e-3, 1e-3 / count as f64);
+    let along_x = edges[0] == Edge::Left;
+    let counts = if along_x { [count, 2] } else { [2, count] };
+    let body = HeatBody::new(
+        &strip(counts, [size; 2]),
+        numbers(long),
+        &edges.map(|edge| (edge, EdgeCondition::Held(10.0))),
+    );
+    let rate = K / RHO_C * (PI / long).powi(2);
+    let step = 5e-5 / rate;
+    let mut field = body.at_start();
+    let middle = if along_x {
+        [count / 2, 1]
+    } else {
+        [1, count / 2]
+    };
+    // After 2/rate the third mode is gone.
+    march(&body, &mut field, 40_000, step);
+    let before = 10.0 - body.rise(&field, middle);
+    march(&body, &mut field, 10_000, step);
+    let after = 10.0 - body.rise(&field, middle);
+    (before / after).ln() / 0.5 - 1.0
+}
+
+#[test]
+fn a_slab_decays_by_its_first_mode_with_the_second_order_of_the_mesh() {
+    for edges in [[Edge::Left, Edge::Right], [Edge::Bottom, Edge::Top]] {
+        let errors = [8, 16, 32].map(|count| error_of_decay(count, edges).abs());
+        assert!(errors[2] < 1e-3, "{edges:?}: {errors:?}");
+        for pair in errors.windows(2) {
+            let order = (pair[0] / pair[1]).log2();
+            assert!((order - 2.0).abs() < 0.1, "{edges:?}: {errors:?}");
+        }
+    }
+}
+
+/// Highest rise under a band of this flux (W/m2 over x/a) and half-width a (m) that moves at V (m/s) for 20 a, in elements of a/20.
+fn under_a_band(flux: impl Fn(f64) -> f64, a: f64, speed: f64) -> f64 {
+    // A twentieth of the depth to which a point warms below the band, or of the band.
+    let finest = 0.05 * (K / RHO_C * 2.0 * a / speed).sqrt().min(a);
+    let dx = a / 20.0;
+    let mesh = strip([800, 8], [dx, a]);
+    let body = HeatBody::new(&mesh, numbers(finest), &[]);
+    let mut field = body.at_start();
+    let mut factors = ColumnFactors::default();
+    let step = 0.25 * dx / speed;
+    for k in 0..1600 {
+        let centre = 8.0 * a + (f64::from(k) + 0.5) * 0.25 * dx;
+        for (i, joules) in field.upper.iter_mut().enumerate() {
+            // The mean over the element around a node.
+            let parts = (0..8).map(|part| {
+                let x = dx * (i as f64 - 0.5 + (f64::from(part) + 0.5) / 8.0);
+                let at = (x - centre) / a;
+                if at.abs() < 1.0 { flux(at) } else { 0.0 }
+            });
+            *joules += parts.sum::<f64>() / 8.0 * dx * T * step;
+        }
+        body.advance(&mut field, &mut factors, step);
+    }
+    field.peak[0]
+}
+
+#[test]
+fn a_fast_band_is_hottest_where_jaeger_says() {
+    let (a, speed, q) = (1e-3, 20.0, 1e9);
+    let unit = q * (a / (PI * speed)).sqrt() / (K * RHO_C).sqrt();
+    let uniform = under_a_band(|_| q, a, speed) / unit;
+    let ellipse = under_a_band(|x| q * (1.0 - x * x).sqrt(), a, speed) / unit;
+    let parabola = under_a_band(|x| q * (1.0 - x * x), a, speed) / unit;
+    let found = [uniform, ellipse, parabola];
+    let exact = [2.0 * 2.0_f64.sqrt(), 2.188, 0.8 * 6.0_f64.sqrt()];
+    for (found, exact) in found.iter().zip(exact) {
+        assert!((found / exact - 1.0).abs() < 0.02, "{found} for {exact}");
+    }
+}
+
+/// K0(z) as the integral of exp(-z cosh u) over u > 0.
+fn bessel_k0(z: f64) -> f64 {
+    let du = 1e-3;
+    let terms = (0..12_000).map(|n| (-z * ((f64::from(n) + 0.5) * du).cosh()).exp());
+    terms.sum::<f64>() * du
+}
+
+#[test]
+fn a_slow_band_has_the_steady_temperature_of_jaeger() {
+    let (a, q) = (1e-3, 1e7);
+    let speed = 2.0 * K / RHO_C / a;
+    let found = under_a_band(|_| q, a, speed);
+    // V a/(2 kappa) = 1; lengths over a.
+    let at = |x: f64| {
+        let ds = 2.0 / 400.0;
+        let parts = (0..400).map(|n| {
+            let apart = x + 1.0 - (f64::from(n) + 0.5) * ds;
+            (-apart).exp() * bessel_k0(apart.abs())
+        });
+        q * a / (PI * K) * parts.sum::<f64>() * ds
+    };
+    let exact = (0..20)
+        .map(|n| at(-1.0 + 0.05 * f64::from(n)))
+        .fold(0.0, f64::max);
+    assert!((found / exact - 1.0).abs() < 0.02, "{found} for {exact}");
+}
+
+/// All kinds of conditions on a crowned body that is heated from above and within.
+#[test]
+fn heat_is_conserved_and_no_temperature_leaves_its_range() {
+    let crowned = Mesh::structured(12, 6, |i, j| {
+        let x = i as f64 - 6.0;
+        [
+            1e-4 * x,
+            -1e-4 * (j as f64 + 0.02 * x * x * (1.0 - j as f64 / 6.0)),
+        ]
+    });
+    let conditions = [
+        (Edge::Bottom, EdgeCondition::Held(-5.0)),
+        (Edge::Left, EdgeCondition::Film([1e4, 20.0])),
+        (Edge::Right, EdgeCondition::Held(15.0)),
+        (Edge::Top, EdgeCondition::Flux(1e5)),
+    ];
+    let body = HeatBody::new(&crowned, numbers(2e-6), &conditions);
+    let (mut field, mut factors) = (body.at_start(), ColumnFactors::default());
+    let mut given = 0.0;
+    for k in 0..50 {
+        field.upper.iter_mut().for_each(|heat| *heat += 1e-6);
+        field.inner = vec![1e-7; 6 * 16];
+        given += 13.0 * 1e-6 + 72.0 * 1e-7;
+        body.advance(&mut field, &mut factors, 1e-5 * f64::from(1 + k % 3));
+        let kept = body.stored(&field) + field.conducted.iter().sum::<f64>();
+        assert!((kept - given).abs() < 1e-12 * given, "{kept} of {given}");
+    }
+    let body = HeatBody::new(&crowned, numbers(2e-6), &conditions[..3]);
+    let mut field = body.at_start();
+    for _ in 0..200 {
+        body.advance(&mut field, &mut factors, 1e-3);
+        let inside = |rise: &f64| (-5.0..=20.0).contains(rise);
+        assert!(field.rises.iter().all(inside), "{:?}", field.rises);
+    }
+}
+
+/// A rail under a round wheel that slides half of its way.
+fn rail() -> Value {
+    json!({
+        "element": "q4_2x2",
+        "mesh": {"width_m": 40e-3, "height_m": 20e-3, "size_m": 4e-4, "fine_width_m": 24e-3, "fine_depth_m": 8e-4,
+                 "side_columns": 6, "depth_rows": 10},
+        "material": {"young_pa": 205e9, "poisson": 0.3, "density_kg_per_m3": 7800.0},
+        "time": {"step_s": "auto", "damping": 0.7},
+        "wheel": {"load_n": 3000.0, "mass_kg": 0.02, "radius_m": 0.46, "ramp_s": 0.0, "hold_s": 0.0,
+                  "rolling": {"speed_m_per_s": 20.0, "creepage": 0.5, "distance_m": 12e-3, "start_m": -6e-3}},
+        "contact": {"friction": 0.05},
+        "heat": {"conductivity_w_per_m_k": K, "capacity_j_per_kg_k": 460.0, "start_k": 300.0},
+    })
+}
+
+fn in_equilibrium(more: Value) -> StaticNode {
+    let config = with(with(rail(), json!({"analysis": "static"})), more);
+    let config: FemConfig = read_config(&config).expect("the keys are valid");
+    StaticNode::new(&config, &setting(1)).expect("the body is valid")
+}
+
+fn results(node: &mut dyn Node) -> impl Fn(&str) -> f64 + use<> {
+    let results = node.finish().expect("it ends").results;
+    move |name: &str| *results.get(name).unwrap_or_else(|| panic!("no {name}"))
+}
+
+/// The semi-ellipse of Hertz slides: q = mu p0 zeta V, in increments of a sixtieth of the half-width.
+#[test]
+fn a_wheel_that_slides_over_a_rail_has_the_flash_temperature_of_jaeger() {
+    let fine = json!({"statics": {"rolling_increment_m": 5e-5}, "mesh": {"size_m": 2e-4}});
+    let mut node = in_equilibrium(fine);
+    let end = node.describe().end_s.expect("it ends") as u32;
+    node.advance_alone(&window(0, end)).expect("it converges");
+    let of = results(&mut node);
+    let modulus = 205e9 / (1.0 - 0.09);
+    let a = (4.0 * 3000.0 / T * 0.46 / (PI * modulus)).sqrt();
+    let q = 0.05 * modulus * a / (2.0 * 0.46) * 0.5 * 20.0;
+    let exact = 2.188 * q * (a / (PI * 20.0)).sqrt() / (K * RHO_C).sqrt();
+    let found = of("surface_temperature_peak_k") - 300.0;
+    assert!((found / exact - 1.0).abs() < 0.02, "{found} for {exact}");
+    assert!(of("heat_balance_rel") < 1e-12);
+    assert!(of("surface_temperature_peak_x_m") > 0.0);
+}
+
+/// In motion and in equilibrium the heat is the friction of the ledger, and the wheel takes its share.
+#[test]
+fn the_slip_under_a_wheel_becomes_heat_of_both() {
+    let keys = json!({"heat": {"wheel_share": 0.25, "sources": {"friction": 0.8},
+                               "edges": {"bottom": {"held_k": 300.0}}}});
+    let mut moving = node(&with(
+        rail(),
+        with(keys.clone(), json!({"start": "static"})),
+    ));
+    let report = moving
+        .advance_alone(&window(0, 3000))
+        .expect("it is stable");
+    let lost = reported(&moving, &report, "friction");
+    let mut still = in_equilibrium(with(keys, json!({"statics": {"increment_n": 300.0}})));
+    still.advance_alone(&window(0, 40)).expect("it converges");
+    let (moving, still) = (results(&mut moving), results(&mut still));
+    assert!(lost > 0.0);
+    assert!((moving("heat_friction_j") - 0.8 * lost).abs() < 1e-12 * lost);
+    for of in [&moving as &dyn Fn(&str) -> f64, &still] {
+        let (heat, kept) = (of("heat_friction_j"), of("heat_stored_j"));
+        assert!(heat > 0.0);
+        assert!((of("heat_to_own_wheel_j") - 0.25 * heat).abs() < 1e-12 * heat);
+        let away = of("heat_through_bottom_j");
+        assert!(
+            kept + away <= 0.75 * heat * (1.0 + 1e-12),
+            "{kept} of {heat}"
+        );
+        assert!(of("heat_balance_rel") < 1e-12);
+    }
+}
+
+/// A block that yields under tension: 0.9 of the plastic work.
+#[test]
+fn plastic_flow_warms_the_body() {
+    let keys = json!({
+        "element": "q4_bbar", "material": {"yield_pa": 1e8},
+        "boundary": {"top": {"displacement_m": ["free", 5e-6], "ramp_s": 1e-5}},
+        "heat": {"conductivity_w_per_m_k": K, "capacity_j_per_kg_k": 460.0, "start_k": 300.0, "every_steps": 7},
+    });
+    let mut body = node(&with(strip_of(1e-3, 1e-3, 5e-4), keys));
+    let mut lost = 0.0;
+    for index in 0..20 {
+        let report = body
+            .advance_alone(&window(index, 10))
+            .expect("it is stable");
+        lost = reported(&body, &report, "plastic");
+    }
+    let of = results(&mut body);
+    assert!(lost > 0.0);
+    assert!((of("heat_plastic_j") - 0.9 * lost).abs() < 1e-12 * lost);
+    assert!(of("heat_balance_rel") < 1e-12);
+    assert!(of("surface_temperature_peak_k") > 300.0);
+}
+
+#[test]
+fn a_resume_between_two_steps_of_heat_changes_no_bit() {
+    let config = with(
+        rail(),
+        json!({"start": "static", "heat": {"every_steps": 7}}),
+    );
+    let (mut whole, mut cut) = (node(&config), node(&config));
+    for node in [&mut whole, &mut cut] {
+        node.advance_alone(&window(0, 25)).expect("it is stable");
+    }
+    let long = whole.advance_alone(&window(1, 35)).expect("it is stable");
+    let state = cut.checkpoint().expect("it is a state");
+    let mut resumed = node(&config);
+    resumed.restore(&state).expect("of the same body");
+    let parts = resumed.advance_alone(&window(1, 35)).expect("it is stable");
+    assert_eq!(long, parts);
+    let [whole, resumed] = [whole, resumed].map(|mut node| node.finish().expect("it ends"));
+    assert_eq!(whole.state_hash, resumed.state_hash);
+}
+
+#[test]
+fn heat_without_a_mesh_a_time_or_a_way_is_refused() {
+    let wheelless = json!({"wheel": null, "contact": null});
+    for (change, key) in [
+        (
+            json!({"heat": {"edges": {"middle": {"held_k": 300.0}}}}),
+            "heat.edges.middle",
+        ),
+        (
+            json!({"heat": {"edges": {"top": {"held_k": 300.0, "flux_w_per_m2": 1.0}}}}),
+            "heat.edges.top",
+        ),
+        (
+            json!({"heat": {"edges": {"top": {"film_w_per_m2_k": 1.0}}}}),
+            "heat.edges.top",
+        ),
+        (
+            json!({"mesh": {"contact_edge": "bottom"}, "wheel": null, "contact": null}),
+            "heat",
+        ),
+        (
+            with(json!({"heat": {"wheel_share": 0.5}}), wheelless),
+            "heat.wheel_share",
+        ),
+        (
+            json!({"mesh": {"periodic_x": true}, "heat": {"edges": {"left": {"held_k": 1.0}}}}),
+            "heat.edges",
+        ),
+        (
+            json!({"analysis": "static", "wheel": {"rolling": null}}),
+            "heat",
+        ),
+    ] {
+        let config = with(rail(), change.clone());
+        let error = fem_node::check(&config, &setting(1)).expect_err("it is impossible");
+        assert_eq!(error.key, key, "{change}");
+    }
+    let mut body = node(&with(
+        strip_of(1e-3, 1e-3, 5e-4),
+        json!({"heat": rail()["heat"]}),
+    ));
+    let error = body
+        .couple("left")
+        .expect_err("its layers lie below the top");
+    assert!(
+        error.to_string().contains("participant.config.heat"),
+        "{error}"
+    );
+}
