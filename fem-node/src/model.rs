@@ -451,6 +451,11 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
         .wheel
         .as_ref()
         .is_some_and(|wheel| wheel.cycles > 0.0);
+    let of_heat = [
+        "heat_balance_rel",
+        "thermal_depth_rel",
+        "surface_temperature_k",
+    ];
     let of_wheels = ["wheel_force_rel", "contact_reach_rel", "contact_resolution"];
     warnings.extend(config.plausible.idle(&[
         (
@@ -459,6 +464,7 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
             &["far_field_rel"],
         ),
         (elastic, "on an elastic material", &["plastic_element"]),
+        (config.heat.is_none(), "without heat", &of_heat),
         (config.wheel.is_none(), "without a wheel", &of_wheels),
         (!cycles, "without cycles of a wheel", &["cycle_drift_rel"]),
     ]));

@@ -8,29 +8,29 @@ use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sou
 /// Lines of each crate, equal to the actual count. A change that makes a crate smaller lowers its number; an issue with an allowance
 /// raises numbers by at most that allowance.
 const LINES: [(&str, usize); 19] = [
-    ("protocol", 2_326),
-    ("kit", 1_888),
+    ("protocol", 2_354),
+    ("kit", 1_889),
     ("network", 823),
-    ("fem-kernel", 8_514),
-    ("fem-node", 7_318),
-    ("dem-kernel", 10_215),
-    ("dem-node", 8_772),
-    ("scheme", 4_206),
+    ("fem-kernel", 8_911),
+    ("fem-node", 7_841),
+    ("dem-kernel", 10_289),
+    ("dem-node", 8_813),
+    ("scheme", 4_356),
     ("exchange-log", 2_092),
-    ("scenes", 178),
+    ("scenes", 179),
     ("scenario", 1_402),
     ("runs", 1_981),
-    ("coordinator", 5_094),
+    ("coordinator", 5_114),
     ("terminal", 363),
     ("draw", 845),
     ("report", 4_666),
     ("study", 5_105),
-    ("lab", 3_556),
-    ("coupler", 3_008),
+    ("lab", 3_626),
+    ("coupler", 3_009),
 ];
 
 /// Lines in other languages: modules of the Python package, and the player of a movie.
-const BESIDE: usize = 3_327;
+const BESIDE: usize = 3_338;
 
 #[test]
 fn the_crates_have_the_lines_of_their_limits() {

@@ -41,7 +41,7 @@ fn the_rail_gets_the_heat_that_the_grains_give() {
 #[test]
 fn heat_on_one_side_needs_no_exchange_and_on_both_sides_its_windows() {
     let refused = |text: &str| run_in_process(text, &[SHORT]).map(|left| left.ended.error);
-    let told = |text: &str| match refused(text) {
+    let error_of = |text: &str| match refused(text) {
         Ok(None) => String::new(),
         Ok(Some(error)) | Err(error) => error.to_string(),
     };
@@ -49,18 +49,18 @@ fn heat_on_one_side_needs_no_exchange_and_on_both_sides_its_windows() {
         let lines = SCENE.lines().filter(|line| !line.starts_with(unwanted));
         lines.collect::<Vec<_>>().join("\n")
     };
-    let error = told(&without("heat_every_windows"));
+    let error = error_of(&without("heat_every_windows"));
     assert!(error.contains("heat_every_windows is missing"), "{error}");
     let rail = SCENE.replacen("heat = {", "unused = {", 1);
     let rail: Vec<&str> = rail
         .lines()
         .filter(|line| !line.starts_with("unused"))
         .collect();
-    let error = told(&rail.join("\n"));
+    let error = error_of(&rail.join("\n"));
     assert!(error.contains("`rail` has none there"), "{error}");
     let alone: Vec<&str> = rail
         .into_iter()
         .filter(|line| !line.starts_with("heat_every"))
         .collect();
-    assert_eq!(told(&alone.join("\n")), "");
+    assert_eq!(error_of(&alone.join("\n")), "");
 }

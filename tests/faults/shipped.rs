@@ -203,6 +203,7 @@ fn all_scenes_on_the_disk_are_listed() {
         "benchmarks",
         "extremes",
         "foreign",
+        "heat",
         "rolling",
         "studies",
         "verification",

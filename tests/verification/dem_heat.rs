@@ -179,14 +179,22 @@ fn the_conductance_is_that_of_a_disk_between_two_strips() {
         // Two equal disks: half of each.
         let width = ratio * R;
         let force = width * width * PI * modulus / (4.0 * 0.5 * R);
-        let law = Conduction::Hertz {
+        let hertz = |spread: Option<f64>| Conduction::Hertz {
             conductivity,
             modulus,
+            spread,
         };
+        let law = hertz(None);
         let found = law.conductance(force, 0.5 * R, [Some(R), Some(R)]);
         close("two disks", found, exact, 0.02 * exact);
         let found = law.conductance(force, 0.5 * R, [Some(R), None]);
         close("disk and body", found, 2.0 * exact, 0.02 * 2.0 * exact);
+        // Strips that touch resist nothing, and strips 6 a apart ln 2/(pi k t).
+        let wide = hertz(Some(2.0 * width)).conductance(force, 0.5 * R, [Some(R), None]);
+        close("no room", wide, found, 1e-12 * found);
+        let apart = hertz(Some(6.0 * width)).conductance(force, 0.5 * R, [None, Some(R)]);
+        let more = PI * conductivity * (1.0 / apart - 1.0 / found);
+        close("six half-widths apart", more, 2.0_f64.ln(), 1e-12);
     }
 }
 

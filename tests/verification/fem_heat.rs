@@ -344,6 +344,7 @@ fn heat_without_a_mesh_a_time_or_a_way_is_refused() {
             json!({"heat": {"edges": {"top": {"film_w_per_m2_k": 1.0}}}}),
             "heat.edges.top",
         ),
+        (json!({"heat": {"finest_m": 1e-3}}), "heat.finest_m"),
         (
             json!({"mesh": {"contact_edge": "bottom"}, "wheel": null, "contact": null}),
             "heat",

@@ -5,9 +5,11 @@ use kit::keys::refuse_if;
 use protocol::Cause;
 
 use super::boundary::SetConfig;
-use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
+use super::choice::{Analysis, Base, ContactEdge, ElementKind, Kinematics, Plane, Sides, Start};
+use super::heat::HeatSources;
 use super::keys::FemConfig;
 use super::material::MaterialKind;
+use super::mesh::MeshSource;
 use super::probe;
 
 impl FemConfig {
@@ -25,8 +27,7 @@ impl FemConfig {
         self.check_boundary()?;
         self.check_initial()?;
         self.check_reduced()?;
-        let heat = self.heat.as_ref();
-        heat.map_or(Ok(()), |heat| heat.check(self))
+        self.check_heat()
     }
 
     /// True where an equilibrium is solved for.
@@ -46,6 +47,9 @@ impl FemConfig {
         let ramps = |set: &SetConfig| set.ramp_s.is_some() && set.load().is_some();
         let ramps = self.boundary.0.values().any(ramps);
         let bare_static = is_static && wheel.is_none();
+        let heat = self.heat.as_ref();
+        let elastic = self.material.law() == MaterialKind::Elastic;
+        let sources = heat.map_or_else(HeatSources::default, |heat| heat.sources);
         let keys = [
             ("time.end_s", is_static && time.end_s.is_some()),
             ("time.safety", is_static && time.safety.is_some()),
@@ -59,6 +63,15 @@ impl FemConfig {
                 is_static && time.stiffness_damping_s.is_some(),
             ),
             ("boundary.<set>.ramp_s", is_static && ramps),
+            (
+                "heat.every_steps",
+                is_static && heat.is_some_and(|heat| heat.every_steps.is_some()),
+            ),
+            (
+                "heat.sources.friction",
+                wheel.is_none() && sources.friction.is_some(),
+            ),
+            ("heat.sources.plastic", elastic && sources.plastic.is_some()),
             (
                 "statics.increment_n",
                 (!self.solves_equilibrium() || bare_static) && statics.increment_n.is_some(),
@@ -280,6 +293,50 @@ impl FemConfig {
             "moves nodes, but the modes of `reduced` belong to nodes that forces move",
             "remove `reduced`, or give the set a load",
         )
+    }
+
+    /// Refuses bodies whose heat has no mesh, no time or no way.
+    fn check_heat(&self) -> Result<(), ConfigError> {
+        let Some(heat) = &self.heat else {
+            return Ok(());
+        };
+        let graded = match &self.mesh {
+            MeshSource::Graded(mesh) => mesh.contact_edge == ContactEdge::Top,
+            MeshSource::Gmsh(_) => false,
+        };
+        let wheel = self.wheel.as_ref();
+        let moves = wheel.is_some_and(|wheel| wheel.rolling.is_some() || wheel.cycles > 0.0);
+        let ends = ["left", "right"].map(|end| heat.edges.contains_key(end));
+        let refusals = [
+            (
+                !graded,
+                "heat",
+                "needs a structured mesh whose contact edge is the upper one: its layers lie below this edge",
+                "give mesh.width_m and the other sizes, or remove `heat`",
+            ),
+            (
+                self.analysis == Analysis::Static && !moves,
+                "heat",
+                "takes the time of a static analysis from its moving wheel, which is missing",
+                "give wheel.rolling or wheel.cycles, or take analysis = \"dynamic\"",
+            ),
+            (
+                self.wheel.is_none() && heat.wheel_share != 0.0,
+                "heat.wheel_share",
+                "has no effect without a wheel of the body's own",
+                "remove it",
+            ),
+            (
+                self.mesh.periodic_x() && ends.contains(&true),
+                "heat.edges",
+                "names an end of a body that repeats along x and has none",
+                "remove left and right",
+            ),
+        ];
+        refusals
+            .into_iter()
+            .try_for_each(|(holds, key, why, help)| refuse_if(holds, key, why, help))?;
+        heat.conditions().map(|_| ())
     }
 
     /// Refuses the first set of the boundary that is `wrong`, at one of its keys.

@@ -5,13 +5,8 @@ use std::collections::BTreeMap;
 use fem_kernel::heat::EdgeCondition;
 use fem_kernel::mesh::Edge;
 use kit::ConfigError;
-use kit::keys::refuse_if;
 use schemars::JsonSchema;
 use serde::Deserialize;
-
-use super::choice::{Analysis, ContactEdge};
-use super::keys::FemConfig;
-use super::mesh::MeshSource;
 
 /// `heat`: friction under the body's own wheel, plastic flow and grains on its upper edge warm the body, and heat passes through it.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -29,10 +24,9 @@ pub struct HeatConfig {
     /// Thickness of the layer at the upper edge (m); a 64th of the first row of elements when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub finest_m: Option<f64>,
-    /// Own steps from one step of heat to the next. A static analysis has one in each increment.
-    #[serde(default = "hundred")]
+    /// Own steps from one step of heat to the next, 100 when absent. A static analysis has one in each increment.
     #[schemars(range(min = 1))]
-    pub every_steps: u32,
+    pub every_steps: Option<u32>,
     /// Shares of the losses that become heat.
     #[serde(default)]
     pub sources: HeatSources,
@@ -47,24 +41,15 @@ pub struct HeatConfig {
 }
 
 /// `heat.sources`: shares of the losses that become heat.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct HeatSources {
     /// Share of the slip under the body's own wheel; 1 when absent.
     #[schemars(range(min = 0.0, max = 1.0))]
-    pub friction: f64,
+    pub friction: Option<f64>,
     /// Share of the plastic work (Taylor and Quinney 1934); 0.9 when absent.
     #[schemars(range(min = 0.0, max = 1.0))]
-    pub plastic: f64,
-}
-
-impl Default for HeatSources {
-    fn default() -> HeatSources {
-        HeatSources {
-            friction: 1.0,
-            plastic: 0.9,
-        }
-    }
+    pub plastic: Option<f64>,
 }
 
 /// Condition on an edge: a temperature, a flux, or a film to surroundings.
@@ -82,10 +67,6 @@ pub struct HeatEdge {
     /// Temperature of the surroundings beyond the film (K).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub ambient_k: Option<f64>,
-}
-
-fn hundred() -> u32 {
-    100
 }
 
 impl HeatConfig {
@@ -118,46 +99,5 @@ impl HeatConfig {
             Ok((edge, condition))
         });
         each.collect()
-    }
-
-    /// Refuses bodies whose heat has no mesh, no time or no way.
-    pub(super) fn check(&self, config: &FemConfig) -> Result<(), ConfigError> {
-        let graded = match &config.mesh {
-            MeshSource::Graded(mesh) => mesh.contact_edge == ContactEdge::Top,
-            MeshSource::Gmsh(_) => false,
-        };
-        let wheel = config.wheel.as_ref();
-        let moves = wheel.is_some_and(|wheel| wheel.rolling.is_some() || wheel.cycles > 0.0);
-        let ends = ["left", "right"].map(|end| self.edges.contains_key(end));
-        let refusals = [
-            (
-                !graded,
-                "heat",
-                "needs a structured mesh whose contact edge is the upper one: its layers lie below this edge",
-                "give mesh.width_m and the other sizes, or remove `heat`",
-            ),
-            (
-                config.analysis == Analysis::Static && !moves,
-                "heat",
-                "takes the time of a static analysis from its moving wheel, which is missing",
-                "give wheel.rolling or wheel.cycles, or take analysis = \"dynamic\"",
-            ),
-            (
-                config.wheel.is_none() && self.wheel_share != 0.0,
-                "heat.wheel_share",
-                "has no effect without a wheel of the body's own",
-                "remove it",
-            ),
-            (
-                config.mesh.periodic_x() && ends.contains(&true),
-                "heat.edges",
-                "names an end of a body that repeats along x and has none",
-                "remove left and right",
-            ),
-        ];
-        refusals
-            .into_iter()
-            .try_for_each(|(holds, key, why, help)| refuse_if(holds, key, why, help))?;
-        self.conditions().map(|_| ())
     }
 }

@@ -3,6 +3,7 @@
 use fem_kernel::heat::{ColumnFactors, HeatBody, HeatField, HeatNumbers};
 use fem_kernel::mesh::Mesh;
 use kit::ConfigError;
+use kit::keys::refuse_if;
 use serde::{Deserialize, Serialize};
 
 use crate::config::keys::FemConfig;
@@ -19,6 +20,12 @@ kit::results! {
     /// - `heat_to_own_wheel_j`: Heat by friction that a body's own wheel took.
     /// - `heat_interface_j`: Heat that entered a body through its coupled surface.
 }
+
+/// Own steps between two steps of heat by default.
+const EVERY: u32 = 100;
+
+/// Share of the plastic work by default.
+const PLASTIC: f64 = 0.9;
 
 /// Layers in the first row of elements, were they equally thin.
 const LAYERS: f64 = 64.0;
@@ -72,6 +79,12 @@ impl BodyHeat {
             return Ok(None);
         };
         let first = mesh.point(0, 0)[1] - mesh.point(0, 1)[1];
+        refuse_if(
+            heat.finest_m.is_some_and(|finest| finest > first),
+            "heat.finest_m",
+            format!("is more than the {first:e} m of the first row of elements"),
+            "lower it, or leave it out for a 64th of this row",
+        )?;
         let numbers = HeatNumbers {
             conductivity: heat.conductivity_w_per_m_k,
             capacity: config.material.density_kg_per_m3 * heat.capacity_j_per_kg_k,
@@ -81,8 +94,11 @@ impl BodyHeat {
         Ok(Some(BodyHeat {
             body: HeatBody::new(mesh, numbers, &heat.conditions()?),
             start: heat.start_k,
-            every: u64::from(heat.every_steps),
-            sources: [heat.sources.friction, heat.sources.plastic],
+            every: u64::from(heat.every_steps.unwrap_or(EVERY)),
+            sources: [
+                heat.sources.friction.unwrap_or(1.0),
+                heat.sources.plastic.unwrap_or(PLASTIC),
+            ],
             wheel_share: heat.wheel_share,
             edges: heat.edges.keys().cloned().collect(),
         }))

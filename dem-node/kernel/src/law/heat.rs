@@ -6,8 +6,8 @@
 //! ```
 //! of two disks between a source and a sink on their rims, strips of the half-width a at one temperature (Carslaw and Jaeger 1959, conduction in the
 //! plane); a is Hertz's for parallel cylinders under the force of the contact. Bodies that are no grains have one temperature, those that a coupler gives,
-//! or let no heat through. Heat that spreads in them over a width s adds ln(s/(pi a)) in place of a grain's ln(4 r/a): the constriction of a row of
-//! narrow strips, s apart, on a half-space (Cooper, Mikic and Yovanovich 1969, in the plane).
+//! or let no heat through. Heat that spreads in them over a width s adds -ln(sin(pi a/s)) in place of a grain's ln(4 r/a): the constriction of a row of
+//! strips of one temperature, s apart, on a half-space (Carslaw and Jaeger 1959, section 16.6, by a conformal map).
 
 use std::f64::consts::PI;
 
@@ -76,7 +76,8 @@ impl Conduction {
             } => {
                 let width = (4.0 * force * reduced / (PI * modulus)).sqrt();
                 let grain = |radius: f64| (4.0 * radius / width.min(radius)).ln();
-                let body = spread.map_or(0.0, |spread| (spread / (PI * width)).ln().max(0.0));
+                let narrow = |spread: f64| -(PI * (width / spread).min(0.5)).sin().ln();
+                let body = spread.map_or(0.0, narrow);
                 let sides = radii.map(|radius| radius.map_or(body, grain));
                 PI * conductivity / (sides[0] + sides[1])
             }
