@@ -209,8 +209,9 @@ impl Node for Dem {
             .iter()
             .map(|kelvins| kelvins - law.start)
             .collect();
-        let heat = &mut self.progress.state.heat;
-        Ok(heat.exchange(bodies.boundary_points(), disks, &rises))
+        let state = &mut self.progress.state;
+        self.stepper.end_heat(state, bodies);
+        Ok(state.heat.exchange(bodies.boundary_points(), disks, &rises))
     }
 
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
@@ -299,6 +300,9 @@ impl Node for Dem {
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
         self.write_maps()?;
+        let state_hash = self.progress.hash();
+        self.stepper
+            .end_heat(&mut self.progress.state, &self.bodies);
         let run = self.finished_run();
         Ok(Outcome {
             steps: self.progress.steps,
@@ -307,7 +311,7 @@ impl Node for Dem {
                 self.progress.contact_iterations,
             )]),
             results: self.results(),
-            state_hash: self.progress.hash(),
+            state_hash,
             warnings: self.maps_advice(),
             findings: run.findings(),
             held_load: run.held_load(),

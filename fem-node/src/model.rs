@@ -177,12 +177,16 @@ impl Model {
             roll.map(|rolling| rolling::Roll::new(config, &mesh, &elastic, thickness, rolling));
         let roll = roll.transpose()?;
         let end = wheel.as_ref().map(|wheel| wheel.program.end());
+        let total = end.or(config.time.end_s).map(|end| end / step);
+        let total = total.filter(|_| config.analysis == Analysis::Dynamic);
+        let heat = heat::BodyHeat::new(config, &mesh, thickness, total)?;
         let mut warnings = warnings(config, &mesh, &scheme, step_limit);
+        warnings.extend(heat.as_ref().and_then(heat::BodyHeat::advice));
         warnings.extend(roll.iter().flat_map(rolling::Roll::warnings));
         warnings.extend(held);
         Ok(Model {
             size: mesh.size(),
-            heat: heat::BodyHeat::new(config, &mesh, thickness)?,
+            heat,
             mesh,
             elastic,
             law,
@@ -454,6 +458,7 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
     let of_heat = [
         "heat_balance_rel",
         "thermal_depth_rel",
+        "heat_exchange_rel",
         "surface_temperature_k",
     ];
     let of_wheels = ["wheel_force_rel", "contact_reach_rel", "contact_resolution"];

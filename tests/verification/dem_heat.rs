@@ -265,3 +265,19 @@ fn heat_without_its_numbers_is_refused() {
         assert!(message.contains(word), "{message}");
     }
 }
+
+/// Steps after the last conduction count at the end: one conduction over all of them.
+#[test]
+fn the_last_steps_conduct_at_the_end() {
+    let ends = json!({"held_k": {"base": START + 10.0, "wheel": START + 10.0}, "every_steps": 100});
+    let mut dem = build(&column(1, 1e-3, heat(ends)));
+    march(&mut dem, 0, 7);
+    let rate = 2.0 * CONDUCTANCE / (mass(R) * CAPACITY);
+    let expected = START + 10.0 - 10.0 / (1.0 + 7e-3 * rate);
+    close(
+        "mean",
+        result(&mut dem, "temperature_end_k"),
+        expected,
+        1e-9,
+    );
+}

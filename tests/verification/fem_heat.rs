@@ -69,6 +69,46 @@ fn the_surface_of_a_half_space_warms_with_the_root_of_time() {
     assert!(coarse < -0.1, "{coarse}");
 }
 
+/// The heat below an edge held 10 K above the rest, 2 b dT sqrt(t/pi) of its area, its own vertices included.
+#[test]
+fn a_held_edge_gives_the_heat_that_the_body_has() {
+    for edge in [Edge::Top, Edge::Bottom, Edge::Left] {
+        let (across, size) = (2, [5e-6, 5e-6]);
+        let counts = if edge == Edge::Left {
+            [200, across]
+        } else {
+            [across, 200]
+        };
+        let held = [(edge, EdgeCondition::Held(10.0))];
+        let body = HeatBody::new(&strip(counts, size), numbers(5e-6), &held);
+        let mut field = body.at_start();
+        assert!((body.stored(&field) + field.conducted[0]).abs() < 1e-18);
+        march(&body, &mut field, 2000, 5e-7);
+        let exact = 20.0 * (K * RHO_C * 1e-3 / PI).sqrt() * 2.0 * 5e-6 * T;
+        let stored = body.stored(&field);
+        assert!(
+            (stored / exact - 1.0).abs() < 0.01,
+            "{edge:?}: {stored} of {exact}"
+        );
+        assert!((stored + field.conducted[0]).abs() < 1e-12 * exact);
+    }
+}
+
+/// A run that ends between two steps of heat has the heat up to its end.
+#[test]
+fn the_last_steps_count() {
+    let keys = json!({"boundary": {}, "time": {"step_s": 1e-8},
+        "heat": {"conductivity_w_per_m_k": K, "capacity_j_per_kg_k": 460.0, "start_k": 300.0, "every_steps": 100,
+                 "edges": {"top": {"flux_w_per_m2": 1e8}}}});
+    let mut body = node(&with(strip_of(1e-3, 1e-3, 5e-4), keys));
+    body.advance_alone(&window(0, 50)).expect("it is stable");
+    body.advance_alone(&window(1, 130)).expect("it is stable");
+    let of = results(&mut body);
+    let given = 1e8 * 1e-6 * 1.8e-6;
+    assert!((of("heat_through_top_j") + given).abs() < 1e-12 * given);
+    assert!((of("heat_stored_j") - given).abs() < 1e-9 * given);
+}
+
 /// Rate of decay of a slab of this many elements between two held edges, over kappa (pi/L)^2, less 1.
 fn error_of_decay(count: usize, edges: [Edge; 2]) -> f64 {
     let (long, size) = (1e-3, 1e-3 / count as f64);

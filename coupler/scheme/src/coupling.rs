@@ -197,7 +197,9 @@ impl Coupling {
         if let Some(velocity) = &solved.velocity {
             self.state.velocity.clone_from(velocity);
         }
-        self.accept_window(participants, &solved.window, next)?;
+        let exchanges = self.exchanges_heat(&solved.window, next.is_none());
+        let early = next.filter(|_| !exchanges);
+        self.accept_window(participants, &solved.window, early)?;
         let motions = Motions::of(&self.group, &solved);
         let signals = self.enter(&solved, &motions);
         self.state.last_motion = motions.points;
@@ -206,17 +208,17 @@ impl Coupling {
         let reports = sides.map(|side| Ok((side.peer, participants.report(side.peer)?)));
         let reports: Result<_> = reports.collect();
         let reports = reports?;
-        if self.exchanges_heat(&solved.window) {
+        if exchanges {
             self.heat
                 .exchange(&self.group, participants, &solved.window)?;
         }
         Ok(AcceptedWindow { signals, reports })
     }
 
-    /// True for a window after which heat is exchanged.
-    fn exchanges_heat(&self, window: &Window) -> bool {
+    /// True for a window after which heat is exchanged, the last one included.
+    fn exchanges_heat(&self, window: &Window, last: bool) -> bool {
         let every = self.group.heat_every.map(u64::from);
-        every.is_some_and(|every| (window.index + 1).is_multiple_of(every))
+        every.is_some_and(|every| last || (window.index + 1).is_multiple_of(every))
     }
 
     /// Has all sides accept the window. Where the scheme begins the next window with a run of the force-driven sides
@@ -227,8 +229,7 @@ impl Coupling {
         window: &Window,
         next: Option<Window>,
     ) -> Result<()> {
-        let early = matches!(self.scheme, CouplingScheme::DualSchur { .. });
-        let next = next.filter(|_| early && !self.exchanges_heat(window));
+        let next = next.filter(|_| matches!(self.scheme, CouplingScheme::DualSchur { .. }));
         for side in &self.group.force_driven {
             participants.accept(side.peer, &side.window(window), &[])?;
             if let Some(next) = &next {

@@ -77,7 +77,7 @@ fn heat_every(
                 let name = participants.name(peer);
                 format!("exchanges heat, but participant `{name}` has none there: give it `heat`, or remove the key")
             }
-            (None, None) => "is missing: both sides have heat: write heat_every_windows = 100, or remove the heat of one".into(),
+            (None, None) => "is missing: both sides have heat: write heat_every_windows = 20, or remove the heat of one".into(),
             _ => continue,
         };
         return Err(Unfit::interface_key(interface, "heat_every_windows", problem).into());

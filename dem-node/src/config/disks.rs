@@ -4,7 +4,7 @@ use dem_kernel::bodies::geometry::range;
 use dem_kernel::bodies::pairs::{GRAINS, ROWS, SURFACE, WHEEL};
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::limits::positive;
+use kit::limits::{ROUNDING, positive};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -427,6 +427,14 @@ impl DisksConfig {
     /// A cluster that turns is listed in one piece, also across an end of the strip: its positions are not folded.
     fn refuse_torn_clusters(&self, length: f64) -> Result<(), ConfigError> {
         for (i, row) in self.rows.iter().enumerate() {
+            refuse_if(
+                row.x_m[1] - row.x_m[0] > length * (1.0 + ROUNDING),
+                &format!("sample.rows[{i}].x_m"),
+                format!(
+                    "is longer than the strip of {length:e} m, and its disks would lie on each other"
+                ),
+                "shorten it to the strip, or lengthen sample.periodic_x_m",
+            )?;
             refuse_if(
                 !self.is_upright(Some(&row.cluster)),
                 &format!("sample.rows[{i}].cluster"),

@@ -255,22 +255,42 @@ impl HeatBody {
 
     /// Everything at the temperature of the start, but for held edges.
     pub fn at_start(&self) -> HeatField {
-        let held = self.held.iter();
+        let rises = self.held.iter();
+        let rises = rises.map(|held| held.map_or(0.0, |(_, rise)| rise));
+        let mut conducted = vec![0.0; self.edges];
+        for (held, capacity) in self.held.iter().zip(&self.capacity) {
+            held.iter()
+                .for_each(|(edge, rise)| conducted[*edge] -= capacity * rise);
+        }
         HeatField {
-            rises: held
-                .map(|held| held.map_or(0.0, |(_, rise)| rise))
-                .collect(),
+            rises: rises.collect(),
             upper: vec![0.0; self.columns],
-            conducted: vec![0.0; self.edges],
+            conducted,
             ..HeatField::default()
         }
     }
 
-    /// Heat that the body has gained since the start, without its held edges (J).
+    /// Heat that the body has gained since the start (J); held edges have theirs from the start on.
     pub fn stored(&self, field: &HeatField) -> f64 {
-        let all = self.capacity.iter().zip(&field.rises).zip(&self.held);
-        let free = all.filter(|(_, held)| held.is_none());
-        free.map(|((capacity, rise), _)| capacity * rise).sum()
+        let all = self.capacity.iter().zip(&field.rises);
+        all.map(|(capacity, rise)| capacity * rise).sum()
+    }
+
+    /// Largest difference of temperature between a held vertex and a free one beside it, over the largest rise.
+    pub fn fall_at_edges(&self, field: &HeatField) -> f64 {
+        let rises = &field.rises;
+        let sizes = rises.iter().map(|rise| rise.abs());
+        let largest = sizes.fold(f64::MIN_POSITIVE, larger);
+        let fall = |apart: usize| {
+            let pairs = (0..rises.len() - apart).map(|vertex| [vertex, vertex + apart]);
+            let beside = pairs.filter(|[a, b]| {
+                let in_line = apart > 1 || a / self.columns == b / self.columns;
+                in_line && self.held[*a].is_some() != self.held[*b].is_some()
+            });
+            let falls = beside.map(|[a, b]| (rises[a] - rises[b]).abs());
+            falls.fold(0.0, larger)
+        };
+        larger(fall(1), fall(self.columns)) / largest
     }
 
     /// Rise at node (column, row) of the mesh (K).

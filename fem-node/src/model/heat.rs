@@ -4,6 +4,7 @@ use fem_kernel::heat::{ColumnFactors, HeatBody, HeatField, HeatNumbers};
 use fem_kernel::mesh::Mesh;
 use kit::ConfigError;
 use kit::keys::refuse_if;
+use protocol::larger;
 use serde::{Deserialize, Serialize};
 
 use crate::config::keys::FemConfig;
@@ -21,8 +22,12 @@ kit::results! {
     /// - `heat_interface_j`: Heat that entered a body through its coupled surface.
 }
 
-/// Own steps between two steps of heat by default.
-const EVERY: u32 = 100;
+/// Own steps between two steps of heat by default, at most, and the number of these steps in a run whose end is known, at least.
+const EVERY: u64 = 100;
+const STEPS: f64 = 100.0;
+
+/// Steps of heat in a run below which their length shows.
+const FEW: f64 = 20.0;
 
 /// Share of the plastic work by default.
 const PLASTIC: f64 = 0.9;
@@ -38,6 +43,8 @@ pub(crate) struct BodyHeat {
     pub(crate) start: f64,
     /// Own steps from one step of heat to the next.
     pub(crate) every: u64,
+    /// Own steps of the run, where its end is known.
+    total: Option<f64>,
     /// Shares of friction and of plastic flow that become heat.
     sources: [f64; 2],
     /// Share of the heat by friction that the wheel takes.
@@ -55,6 +62,15 @@ pub(crate) struct HeatState {
     to_wheel: f64,
     /// Heat that has entered through the coupled surface (J).
     entered: f64,
+    /// Heat that has come at each node of the upper edge and enters until the next exchange (J), and its rate (W).
+    arriving: Vec<[f64; 2]>,
+    /// Own steps up to the last exchange, and the longest time between two (s).
+    exchanged: u64,
+    interval: f64,
+    /// Temperatures of its answer (K), the largest change from one answer to the next, the lowest and the highest temperature answered.
+    answered: Vec<f64>,
+    jump: f64,
+    range: Option<[f64; 2]>,
     /// Loss by friction at each node of the upper edge that has become heat (J).
     slid: Vec<f64>,
 }
@@ -74,6 +90,7 @@ impl BodyHeat {
         config: &FemConfig,
         mesh: &Mesh,
         thickness: f64,
+        total: Option<f64>,
     ) -> Result<Option<BodyHeat>, ConfigError> {
         let Some(heat) = &config.heat else {
             return Ok(None);
@@ -94,7 +111,15 @@ impl BodyHeat {
         Ok(Some(BodyHeat {
             body: HeatBody::new(mesh, numbers, &heat.conditions()?),
             start: heat.start_k,
-            every: u64::from(heat.every_steps.unwrap_or(EVERY)),
+            every: heat.every_steps.map_or_else(
+                || {
+                    EVERY
+                        .min((total.unwrap_or(f64::INFINITY) / STEPS) as u64)
+                        .max(1)
+                },
+                u64::from,
+            ),
+            total,
             sources: [
                 heat.sources.friction.unwrap_or(1.0),
                 heat.sources.plastic.unwrap_or(PLASTIC),
@@ -113,8 +138,48 @@ impl BodyHeat {
     ) {
         for _ in before / self.every..after / self.every {
             let time = self.every as f64 * step;
-            self.body.advance(&mut state.field, factors, time);
+            self.go_on(state, factors, time);
         }
+    }
+
+    /// Lets the heat of the last steps pass, fewer than from one step of heat to the next.
+    pub(crate) fn end(
+        &self,
+        state: &mut HeatState,
+        factors: &mut ColumnFactors,
+        (steps, step): (u64, f64),
+    ) {
+        let rest = steps % self.every;
+        if rest > 0 {
+            self.go_on(state, factors, rest as f64 * step);
+        }
+    }
+
+    /// Goes on by this time (s), with what arrives and waits.
+    fn go_on(&self, state: &mut HeatState, factors: &mut ColumnFactors, time: f64) {
+        let upper = state.field.upper.iter_mut();
+        for (waiting, [left, rate]) in upper.zip(&mut state.arriving) {
+            let all = (*rate * time).abs() >= left.abs();
+            let joules = if all { *left } else { *rate * time };
+            *left -= joules;
+            *waiting += joules;
+        }
+        self.body.advance(&mut state.field, factors, time);
+    }
+
+    /// A warning about an interval of steps that is long for the run.
+    pub(crate) fn advice(&self) -> Option<String> {
+        let steps = self.total? / self.every as f64;
+        let fewer = (self.total? / FEW).max(1.0) as u64;
+        (steps < FEW && fewer < self.every).then(|| {
+            format!("heat.every_steps: the run has {steps:.1} steps of heat, and each mixes what happens within: lower it to {fewer} or less")
+        })
+    }
+
+    /// Largest change of a temperature from one exchange to the next, over the range of all.
+    pub(crate) fn jump_rel(&self, state: &HeatState) -> f64 {
+        let range = state.range.map_or(0.0, |[low, high]| high - low);
+        if range > 0.0 { state.jump / range } else { 0.0 }
     }
 
     /// Takes heat (J) at these nodes of the upper edge, and returns their temperatures (K).
@@ -123,13 +188,30 @@ impl BodyHeat {
         state: &mut HeatState,
         nodes: &[[usize; 2]],
         heat: &[f64],
+        (steps, step): (u64, f64),
     ) -> Vec<f64> {
+        // The last interval of a run may be short, and heat of the one before still arrives then.
+        let since = (steps - state.exchanged) as f64 * step;
+        state.interval = larger(state.interval, since);
+        state.exchanged = steps;
+        state.arriving.resize(state.field.upper.len(), [0.0; 2]);
         for ([column, _], joules) in nodes.iter().zip(heat) {
-            state.field.upper[*column] += joules;
+            let [left, rate] = &mut state.arriving[*column];
+            *left += joules;
+            *rate = *left / larger(state.interval, step);
             state.entered += joules;
         }
         let rises = nodes.iter().map(|node| self.body.rise(&state.field, *node));
-        rises.map(|rise| self.start + rise).collect()
+        let now: Vec<f64> = rises.map(|rise| self.start + rise).collect();
+        for (kelvins, before) in now.iter().zip(&state.answered) {
+            state.jump = larger(state.jump, (kelvins - before).abs());
+        }
+        for kelvins in &now {
+            let [low, high] = state.range.unwrap_or([*kelvins; 2]);
+            state.range = Some([-larger(-low, -kelvins), larger(high, *kelvins)]);
+        }
+        state.answered.clone_from(&now);
+        now
     }
 
     /// At the start.
@@ -143,7 +225,7 @@ impl BodyHeat {
     /// Signals by name.
     pub(crate) fn signals(&self, state: &HeatState) -> [(String, f64); 1] {
         let upper = self.body.upper(&state.field).iter();
-        let highest = upper.copied().fold(f64::NEG_INFINITY, protocol::larger);
+        let highest = upper.copied().fold(f64::NEG_INFINITY, larger);
         [("surface_temperature_max_k".into(), self.start + highest)]
     }
 
@@ -159,7 +241,7 @@ impl BodyHeat {
             ("heat_plastic_j", plastic),
             ("heat_to_own_wheel_j", state.to_wheel),
             ("heat_interface_j", state.entered),
-            ("heat_stored_j", self.body.stored(&state.field)),
+            ("heat_stored_j", self.stored(state)),
             ("heat_balance_rel", self.balance_rel(state, lost)),
         ];
         let through = self.edges.iter().zip(&state.field.conducted);
@@ -168,11 +250,18 @@ impl BodyHeat {
         named.into_iter().chain(through).collect()
     }
 
+    /// Heat that the body has gained since the start, with what waits and arrives (J).
+    fn stored(&self, state: &HeatState) -> f64 {
+        let field = &state.field;
+        let waiting: f64 = field.upper.iter().chain(&field.inner).sum();
+        let arriving: f64 = state.arriving.iter().map(|[left, _]| left).sum();
+        self.body.stored(field) + waiting + arriving
+    }
+
     /// Heat produced, less stored and conducted away, and what the shares of the losses and the heat produced differ by, over the sum of their sizes.
     pub(crate) fn balance_rel(&self, state: &HeatState, lost: [f64; 2]) -> f64 {
         let field = &state.field;
-        let waiting: f64 = field.upper.iter().chain(&field.inner).sum();
-        let stored = self.body.stored(field) + waiting;
+        let stored = self.stored(state);
         let conducted = field.conducted.iter().sum::<f64>() + state.to_wheel;
         let produced = state.produced.iter().sum::<f64>() + state.entered;
         let booked = (0..2).map(|k| (state.produced[k] - self.sources[k] * lost[k]).abs());
@@ -199,14 +288,8 @@ impl HeatState {
         }
     }
 
-    /// With the heat of slip since the last step of heat, the losses at each node so far given (J).
-    pub(crate) fn with_last(&self, heat: &BodyHeat, slid: &[f64]) -> HeatState {
-        let mut state = self.clone();
-        state.rub(heat, slid);
-        state
-    }
-
-    fn rub(&mut self, heat: &BodyHeat, slid: &[f64]) {
+    /// Takes the losses by slip at each node since the start of the run (J).
+    pub(crate) fn rub(&mut self, heat: &BodyHeat, slid: &[f64]) {
         self.slid.resize(slid.len(), 0.0);
         let upper = self.field.upper.iter_mut();
         for ((waiting, before), slid) in upper.zip(&mut self.slid).zip(slid) {
@@ -224,7 +307,13 @@ impl HeatState {
         let waiting = field.upper.iter().chain(&field.inner);
         let sums = self.produced.iter().chain(&field.conducted);
         let sums = sums.chain([&self.to_wheel, &self.entered]);
-        field.rises.iter().chain(waiting).chain(sums)
+        let arriving = self.arriving.iter().flatten();
+        field
+            .rises
+            .iter()
+            .chain(waiting)
+            .chain(sums)
+            .chain(arriving)
     }
 }
 

@@ -137,7 +137,8 @@ impl Node for FemNode {
     fn take_heat(&mut self, _window: &Window, heat: &[f64]) -> Result<Vec<f64>, NodeError> {
         let both = self.model.heat.as_ref().zip(self.committed.heat.as_mut());
         let (of, state) = both.ok_or(FemError::NoHeat)?;
-        Ok(of.exchange(state, &self.interface.exchanged, heat))
+        let time = (self.committed.steps, self.model.scheme.step);
+        Ok(of.exchange(state, &self.interface.exchanged, heat, time))
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
@@ -157,6 +158,8 @@ impl Node for FemNode {
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
         self.catch_up();
+        let state_hash = self.state_hash();
+        self.end_heat();
         if let Some((wheel, state)) = self.model.wheel.as_ref().zip(self.committed.wheel.as_ref()) {
             self.snapshots.table("passages", &state.passages(wheel))?;
         }
@@ -169,7 +172,7 @@ impl Node for FemNode {
             steps: self.committed.steps_done,
             work: work.map(|(name, value)| (name.into(), value)).into(),
             results: self.results(),
-            state_hash: self.state_hash(),
+            state_hash,
             findings: self.findings(),
             ..Outcome::default()
         })

@@ -64,7 +64,8 @@ impl Node for ReducedNode {
     fn take_heat(&mut self, _window: &Window, heat: &[f64]) -> Result<Vec<f64>, NodeError> {
         let both = self.model.heat.as_ref().zip(self.committed.heat.as_mut());
         let (of, state) = both.ok_or(FemError::NoHeat)?;
-        Ok(of.exchange(state, &self.interface.exchanged, heat))
+        let time = (self.committed.steps, self.model.scheme.step);
+        Ok(of.exchange(state, &self.interface.exchanged, heat, time))
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
@@ -91,13 +92,17 @@ impl Node for ReducedNode {
     }
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
-        let last = self.recovered()?;
+        let (last, state_hash) = (self.recovered()?, self.state_hash());
+        let time = (self.committed.steps, self.model.scheme.step);
+        if let (Some(heat), Some(state)) = (&self.model.heat, &mut self.committed.heat) {
+            heat.end(state, &mut self.heat_factors, time);
+        }
         let windows = self.committed.mode_windows as f64;
         Ok(Outcome {
             steps: self.committed.steps_done,
             work: BTreeMap::from([("mode_windows".into(), windows)]),
             results: self.results(&last),
-            state_hash: self.state_hash(),
+            state_hash,
             findings: self.findings(&last),
             warnings: self.kept.warnings.clone(),
             ..Outcome::default()

@@ -129,19 +129,24 @@ impl FemNode {
         let state = &self.committed.state;
         results.extend(probe::outward_displacements(&self.model, state));
         results.extend(self.reactions());
-        let heat = self.model.heat.as_ref().zip(self.heated());
+        let heat = self.model.heat.as_ref().zip(self.committed.heat.as_ref());
         results.extend(
             heat.into_iter()
-                .flat_map(|(heat, state)| heat.results(&state, self.heating())),
+                .flat_map(|(heat, state)| heat.results(state, self.heating())),
         );
         results
     }
 
-    /// The heat so far, with the slip since its last step.
-    fn heated(&self) -> Option<HeatState> {
-        let (heat, state) = self.model.heat.as_ref().zip(self.committed.heat.as_ref())?;
-        let wheel = self.committed.wheel.as_ref();
-        Some(state.with_last(heat, wheel.map_or(&[], |wheel| &wheel.slid)))
+    /// Lets the heat of the last steps pass: the slip and the time since the last step of heat.
+    pub(super) fn end_heat(&mut self) {
+        let (model, committed) = (&self.model, &mut self.committed);
+        if let Some((heat, state)) = model.heat.as_ref().zip(committed.heat.as_mut()) {
+            if let Some(wheel) = &committed.wheel {
+                state.rub(heat, &wheel.slid);
+            }
+            let time = (committed.steps, model.scheme.step);
+            heat.end(state, &mut self.heat_factors, time);
+        }
     }
 
     /// Losses in the ledger that may become heat: by friction and by plastic flow (J).
@@ -179,7 +184,7 @@ impl FemNode {
                 [sampled, &last].into_iter(),
             ));
         }
-        let heat = plausible::heat(model, self.heated().as_ref(), self.heating());
+        let heat = plausible::heat(model, committed.heat.as_ref(), self.heating());
         findings.into_iter().flatten().chain(heat).collect()
     }
 

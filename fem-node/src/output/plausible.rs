@@ -56,21 +56,29 @@ kit::findings! {
     /// - Wrong: 0.092 (`pressurised-cylinder` at Poisson's ratio 0.499 with `q4_2x2`, 9.4 % too
     ///   stiff), 0.13 (two `q4_2x2` across a beam, 13 %).
     LOCKING = "locking": locking_rel in fem = [0.05, 0.3];
-    /// The layers below the upper edge of a body do not resolve its temperature.
+    /// The layers of a body do not resolve its temperature.
     ///
-    /// - Why: heat has entered less deep than the uppermost layer is thick.
-    /// - Do: make `heat.finest_m` smaller.
-    /// - Judged: Fall of the temperature over the uppermost layer when the upper edge was hottest, over the rise there.
-    /// - Valid: 0.
-    /// - Wrong: 1.
+    /// - Why: heat has entered less deep than the first layer is thick.
+    /// - Do: make `heat.finest_m` smaller; at an edge other than the upper one, the elements.
+    /// - Judged: Fall of the temperature over the uppermost layer when the upper edge was hottest, or beside a held edge at the end, over the largest rise.
+    /// - Valid: 0.04 (`wheel-rail-heat`).
+    /// - Wrong: 0.86 (`heat/half-space` without layers, 24 % too cold).
     THERMAL_DEPTH = "thermal_depth": thermal_depth_rel in fem = [0.3, 0.8];
+    /// Temperatures of a coupled surface change much from one exchange of heat to the next.
+    ///
+    /// - Why: the exchanges are few, or each side overshoots, as the other one stands still between two exchanges.
+    /// - Do: lower `interface.<name>.heat_every_windows`.
+    /// - Judged: Largest change of a temperature from one exchange to the next, over the range of all.
+    /// - Valid: 0.12 (`wheel-rail-heat`).
+    /// - Wrong: 0.78 (`wheel-rail-heat` from grains of 400 K, four exchanges: 16 % more heat).
+    HEAT_EXCHANGE = "heat_exchange": heat_exchange_rel in fem = [0.3, 0.8];
     /// The surface of a body is hotter than solids with these properties are.
     ///
     /// - Why: insulated edges keep the heat, or a property or a speed has another unit.
     /// - Do: give `heat.edges`, or look at the units.
     /// - Judged: Highest temperature of the upper edge (K); steel melts at 1 800 K.
-    /// - Valid: 0.
-    /// - Wrong: 1.
+    /// - Valid: 692 (`heat/moving-source`).
+    /// - Wrong: 12456 (the same with its capacity in J/(g K)).
     SURFACE_TEMPERATURE = "surface_temperature": surface_temperature_k in fem = [1500.0, 1e4];
     /// A body has yielded with an element that is wrong for plastic flow.
     ///
@@ -148,11 +156,16 @@ pub(crate) fn heat(model: &Model, state: Option<&HeatState>, lost: [f64; 2]) -> 
     let balance = heat.balance_rel(state, lost);
     let [rise, x, t] = state.field.peak;
     let (fall, peak) = (state.field.peak_fall, heat.start + rise);
+    let (jump, beside) = (heat.jump_rel(state), heat.body.fall_at_edges(&state.field));
     let found = [
         judge!(model.plausible => HEAT_BALANCE, balance;
             "{balance:.1e} of the heat was lost, or made without a loss: an error of the program, please report it"),
         judge!(model.plausible => THERMAL_DEPTH, fall;
             "when the upper edge was hottest, at t = {t:.3e} s and x = {x:.3e} m, {fall:.2} of its rise lay in the uppermost layer: make heat.finest_m smaller"),
+        judge!(model.plausible => THERMAL_DEPTH, beside;
+            "{beside:.2} of the largest rise lies between a held edge and the nodes beside it: make heat.finest_m smaller at the upper edge, or the elements at others"),
+        judge!(model.plausible => HEAT_EXCHANGE, jump;
+            "a temperature of the coupled surface changed by {jump:.2} of their range from one exchange of heat to the next: lower heat_every_windows of its interface"),
         judge!(model.plausible => SURFACE_TEMPERATURE, peak;
             "the upper edge had {peak:.0} K at t = {t:.3e} s and x = {x:.3e} m, far beyond solids with one capacity and conductivity: give heat.edges, or look at the units of heat"),
     ];

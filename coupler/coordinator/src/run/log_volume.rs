@@ -57,10 +57,10 @@ pub fn coupled(
         let group = run.coupling.group();
         let windows = run.windows();
         volume.add_windows(windows);
-        // One before the first window.
+        // One before the first window, one after the last.
         let heat = group
             .heat_every
-            .map_or(0, |every| 1 + windows / u64::from(every));
+            .map_or(0, |every| 1 + windows.div_ceil(u64::from(every)));
         for side in &group.force_driven {
             let description = &greeted[side.peer].description;
             let mut turn = turns(&mut volume, scenario, side.peer);

@@ -28,6 +28,13 @@ impl Stepper {
         }
     }
 
+    /// Lets the heat of the last steps pass, fewer than from one conduction to the next.
+    pub fn end_heat(&mut self, state: &mut GrainState, bodies: &Bodies) {
+        if let Some(law) = bodies.heat.as_ref().filter(|_| state.heat.waited.0 > 0) {
+            self.conduct(state, bodies, law);
+        }
+    }
+
     fn conduct(&mut self, state: &mut GrainState, bodies: &Bodies, law: &HeatLaw) {
         let (_, time) = std::mem::take(&mut state.heat.waited);
         let links = &mut self.links;

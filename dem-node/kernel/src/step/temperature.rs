@@ -22,7 +22,7 @@ kit::results! {
     /// - `heat_damping_j`: Heat by dampers of contacts.
     /// - `heat_impact_j`: Heat by impacts of rigid contacts.
     /// - `heat_bonds_j`: Heat by bonds that fail.
-    /// - `heat_stored_j`: Heat that the grains have gained since the start.
+    /// - `heat_stored_j`: Heat that the grains, or a body, have gained since the start.
     /// - `heat_to_<group>_j`: Heat that went into the base, the lid, the wheel, a wall or a cluster of this name.
     /// - `heat_balance_rel`: Heat produced, less stored and conducted away, and less its share of the losses in the ledger, over the sum of their sizes.
 }
