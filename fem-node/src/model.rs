@@ -181,7 +181,6 @@ impl Model {
         let total = total.filter(|_| config.analysis == Analysis::Dynamic);
         let heat = heat::BodyHeat::new(config, &mesh, thickness, total)?;
         let mut warnings = warnings(config, &mesh, &scheme, step_limit);
-        warnings.extend(heat.as_ref().and_then(heat::BodyHeat::advice));
         warnings.extend(roll.iter().flat_map(rolling::Roll::warnings));
         warnings.extend(held);
         Ok(Model {
@@ -459,6 +458,7 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
         "heat_balance_rel",
         "thermal_depth_rel",
         "heat_exchange_rel",
+        "heat_steps_rel",
         "surface_temperature_k",
     ];
     let of_wheels = ["wheel_force_rel", "contact_reach_rel", "contact_resolution"];

@@ -9,12 +9,12 @@ use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sou
 /// raises numbers by at most that allowance.
 const LINES: [(&str, usize); 19] = [
     ("protocol", 2_354),
-    ("kit", 1_889),
+    ("kit", 1_890),
     ("network", 823),
     ("fem-kernel", 8_929),
-    ("fem-node", 7_938),
-    ("dem-kernel", 10_294),
-    ("dem-node", 8_825),
+    ("fem-node", 7_952),
+    ("dem-kernel", 10_299),
+    ("dem-node", 8_833),
     ("scheme", 4_357),
     ("exchange-log", 2_092),
     ("scenes", 179),

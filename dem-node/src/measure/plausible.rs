@@ -10,7 +10,7 @@ use crate::measure::cycles::WheelCycles;
 use crate::measure::flow::Flow;
 use crate::measure::report::{RunStatistics, ejected_grains, inside_grains};
 use kit::cycle_drift::CYCLE_DRIFT;
-use kit::finding::{HEAT_BALANCE, NOT_CONVERGED, WHEEL_AT_REST};
+use kit::finding::{HEAT_BALANCE, HEAT_STEPS, NOT_CONVERGED, WHEEL_AT_REST};
 use kit::judge;
 use kit::wheel::WheelProgram;
 
@@ -606,16 +606,24 @@ impl FinishedRun<'_> {
         found.filter(|_| self.bodies.injection.is_some())
     }
 
-    fn heat(&self) -> [Option<Finding>; 2] {
+    fn heat(&self) -> [Option<Finding>; 3] {
         let Some(law) = &self.bodies.heat else {
-            return [None, None];
+            return [None, None, None];
         };
         let heat = &self.state.heat;
         let balance = heat.balance_rel(self.bodies, &self.state.ledger);
+        let counted = law.every > 1 && heat.conductions > 0;
+        let steps = if counted {
+            1.0 / heat.conductions as f64
+        } else {
+            0.0
+        };
         let (peak, [x, y, t]) = (law.start + heat.peak, heat.peak_at);
         [
             judge!(self.bounds => HEAT_BALANCE, balance;
                 "{balance:.1e} of the heat was lost, or made without a loss of the contacts: an error of the program, please report it"),
+            judge!(self.bounds => HEAT_STEPS, steps;
+                "heat passed in few conductions, and each mixes what happens within: lower heat.every_steps"),
             judge!(self.bounds => GRAIN_TEMPERATURE, peak;
                 "a grain at x = {x:.3e}, y = {y:.3e} m had {peak:.0} K at t = {t:.3e} s, far beyond solids with one capacity and conductivity: give heat.held_k, or look at the units of heat"),
         ]

@@ -353,7 +353,7 @@ impl HeatBody {
         for (vertex, _, conductance, _) in &self.films {
             own[*vertex] += step * conductance;
         }
-        for vertex in 0..count {
+        for (vertex, own) in own.into_iter().enumerate() {
             let above = vertex.checked_sub(self.columns);
             let up = above.map_or(0.0, |above| step * self.down[above]);
             let down = step * self.down[vertex];
@@ -363,7 +363,7 @@ impl HeatBody {
             }
             factors.lower[vertex] = up;
             let eliminated = above.map_or(0.0, |above| up * factors.upper[above]);
-            factors.inverse[vertex] = 1.0 / (own[vertex] + up + down - eliminated);
+            factors.inverse[vertex] = 1.0 / (own + up + down - eliminated);
             factors.upper[vertex] = down * factors.inverse[vertex];
         }
         factors
@@ -404,8 +404,8 @@ impl HeatBody {
                 heat[vertex] = *rise;
             }
         }
-        for vertex in 0..columns {
-            heat[vertex] *= factors.inverse[vertex];
+        for (heat, inverse) in heat.iter_mut().zip(&factors.inverse).take(columns) {
+            *heat *= inverse;
         }
         for vertex in columns..heat.len() {
             heat[vertex] = (heat[vertex] + factors.lower[vertex] * heat[vertex - columns])

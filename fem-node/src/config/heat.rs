@@ -24,7 +24,7 @@ pub struct HeatConfig {
     /// Thickness of the layer at the upper edge (m); a 64th of the first row of elements when absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub finest_m: Option<f64>,
-    /// Own steps from one step of heat to the next, 100 when absent. A static analysis has one in each increment.
+    /// Own steps from one step of heat to the next; 100 when absent, or a hundredth of the body's own history if that is less. A static analysis has one in each increment.
     #[schemars(range(min = 1))]
     pub every_steps: Option<u32>,
     /// Shares of the losses that become heat.

@@ -26,9 +26,6 @@ kit::results! {
 const EVERY: u64 = 100;
 const STEPS: f64 = 100.0;
 
-/// Steps of heat in a run below which their length shows.
-const FEW: f64 = 20.0;
-
 /// Share of the plastic work by default.
 const PLASTIC: f64 = 0.9;
 
@@ -43,8 +40,6 @@ pub(crate) struct BodyHeat {
     pub(crate) start: f64,
     /// Own steps from one step of heat to the next.
     pub(crate) every: u64,
-    /// Own steps of the run, where its end is known.
-    total: Option<f64>,
     /// Shares of friction and of plastic flow that become heat.
     sources: [f64; 2],
     /// Share of the heat by friction that the wheel takes.
@@ -64,7 +59,11 @@ pub(crate) struct HeatState {
     entered: f64,
     /// Heat that has come at each node of the upper edge and enters until the next exchange (J), and its rate (W).
     arriving: Vec<[f64; 2]>,
-    /// Own steps up to the last exchange, and the longest time between two (s).
+    /// Own steps up to the last step of heat, and the number of these.
+    heated: u64,
+    count: u64,
+    /// Exchanges after the first one, own steps up to the last one, and the longest time between two (s).
+    exchanges: u64,
     exchanged: u64,
     interval: f64,
     /// Temperatures of its answer (K), the largest change from one answer to the next, the lowest and the highest temperature answered.
@@ -119,7 +118,6 @@ impl BodyHeat {
                 },
                 u64::from,
             ),
-            total,
             sources: [
                 heat.sources.friction.unwrap_or(1.0),
                 heat.sources.plastic.unwrap_or(PLASTIC),
@@ -129,29 +127,30 @@ impl BodyHeat {
         }))
     }
 
-    /// Lets heat pass in the steps of a window, from one number of own steps since the start to another, of this length (s).
+    /// Lets heat pass up to this number of own steps of this length (s), in whole intervals.
     pub(crate) fn pass(
         &self,
         state: &mut HeatState,
         factors: &mut ColumnFactors,
-        ([before, after], step): ([u64; 2], f64),
+        (steps, step): (u64, f64),
     ) {
-        for _ in before / self.every..after / self.every {
-            let time = self.every as f64 * step;
-            self.go_on(state, factors, time);
+        while steps - state.heated >= self.every {
+            let until = state.heated + self.every;
+            self.end(state, factors, (until, step));
         }
     }
 
-    /// Lets the heat of the last steps pass, fewer than from one step of heat to the next.
+    /// The same to the end, the last interval being shorter.
     pub(crate) fn end(
         &self,
         state: &mut HeatState,
         factors: &mut ColumnFactors,
         (steps, step): (u64, f64),
     ) {
-        let rest = steps % self.every;
+        let rest = steps - state.heated;
         if rest > 0 {
             self.go_on(state, factors, rest as f64 * step);
+            (state.heated, state.count) = (steps, state.count + 1);
         }
     }
 
@@ -167,32 +166,39 @@ impl BodyHeat {
         self.body.advance(&mut state.field, factors, time);
     }
 
-    /// A warning about an interval of steps that is long for the run.
-    pub(crate) fn advice(&self) -> Option<String> {
-        let steps = self.total? / self.every as f64;
-        let fewer = (self.total? / FEW).max(1.0) as u64;
-        (steps < FEW && fewer < self.every).then(|| {
-            format!("heat.every_steps: the run has {steps:.1} steps of heat, and each mixes what happens within: lower it to {fewer} or less")
-        })
+    /// Largest change of a temperature from one exchange to the next, over the range of all, or one over the number of exchanges; 0 without heat.
+    pub(crate) fn jump_rel(&self, state: &HeatState) -> f64 {
+        if state.exchanges == 0 || state.entered == 0.0 {
+            return 0.0;
+        }
+        let range = state.range.map_or(0.0, |[low, high]| high - low);
+        let jump = if range > 0.0 { state.jump / range } else { 0.0 };
+        larger(jump, 1.0 / state.exchanges as f64)
     }
 
-    /// Largest change of a temperature from one exchange to the next, over the range of all.
-    pub(crate) fn jump_rel(&self, state: &HeatState) -> f64 {
-        let range = state.range.map_or(0.0, |[low, high]| high - low);
-        if range > 0.0 { state.jump / range } else { 0.0 }
+    /// One over the number of steps of heat; 0 where each own step is one.
+    pub(crate) fn coarseness(&self, state: &HeatState) -> f64 {
+        let counts = self.every > 1 && state.count > 0;
+        if counts {
+            1.0 / state.count as f64
+        } else {
+            0.0
+        }
     }
 
     /// Takes heat (J) at these nodes of the upper edge, and returns their temperatures (K).
     pub(crate) fn exchange(
         &self,
         state: &mut HeatState,
-        nodes: &[[usize; 2]],
-        heat: &[f64],
+        (nodes, heat): (&[[usize; 2]], &[f64]),
+        factors: &mut ColumnFactors,
         (steps, step): (u64, f64),
     ) -> Vec<f64> {
+        self.end(state, factors, (steps, step));
         // The last interval of a run may be short, and heat of the one before still arrives then.
         let since = (steps - state.exchanged) as f64 * step;
         state.interval = larger(state.interval, since);
+        state.exchanges += u64::from(steps > state.exchanged);
         state.exchanged = steps;
         state.arriving.resize(state.field.upper.len(), [0.0; 2]);
         for ([column, _], joules) in nodes.iter().zip(heat) {
@@ -338,5 +344,7 @@ impl HeatRun {
         self.state.rub(heat, slid);
         let field = &mut self.state.field;
         heat.body.advance(field, &mut self.factors, time);
+        self.state.heated += heat.every;
+        self.state.count += 1;
     }
 }

@@ -109,7 +109,7 @@ impl Node for FemNode {
             } else {
                 let lost = self.run.fields.dissipated.plastic.iter();
                 state.yields(heat, lost.copied());
-                let steps = [0, u64::from(input.substeps)].map(|step| committed.steps + step);
+                let steps = committed.steps + u64::from(input.substeps);
                 let time = (steps, self.model.scheme.step);
                 heat.pass(state, &mut self.heat_factors, time);
             }
@@ -138,7 +138,8 @@ impl Node for FemNode {
         let both = self.model.heat.as_ref().zip(self.committed.heat.as_mut());
         let (of, state) = both.ok_or(FemError::NoHeat)?;
         let time = (self.committed.steps, self.model.scheme.step);
-        Ok(of.exchange(state, &self.interface.exchanged, heat, time))
+        let nodes = (&*self.interface.exchanged, heat);
+        Ok(of.exchange(state, nodes, &mut self.heat_factors, time))
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {

@@ -65,7 +65,8 @@ impl Node for ReducedNode {
         let both = self.model.heat.as_ref().zip(self.committed.heat.as_mut());
         let (of, state) = both.ok_or(FemError::NoHeat)?;
         let time = (self.committed.steps, self.model.scheme.step);
-        Ok(of.exchange(state, &self.interface.exchanged, heat, time))
+        let nodes = (&*self.interface.exchanged, heat);
+        Ok(of.exchange(state, nodes, &mut self.heat_factors, time))
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {

@@ -294,7 +294,7 @@ impl ReducedNode {
         let before = committed.steps;
         (committed.state, committed.steps) = (end.state, before + u64::from(substeps));
         if let (Some(heat), Some(state)) = (&self.model.heat, &mut committed.heat) {
-            let time = ([before, committed.steps], self.model.scheme.step);
+            let time = (committed.steps, self.model.scheme.step);
             heat.pass(state, &mut self.heat_factors, time);
         }
         self.far = Some((substeps, end.far));

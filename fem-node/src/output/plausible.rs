@@ -6,7 +6,7 @@ use fem_kernel::integrate::state::NodalState;
 use fem_kernel::mesh::Edge;
 use fem_kernel::pack::largest;
 use fem_kernel::wheel::node_contact::ContactStatus;
-use kit::finding::{HEAT_BALANCE, WHEEL_AT_REST};
+use kit::finding::{HEAT_BALANCE, HEAT_STEPS, WHEEL_AT_REST};
 use kit::judge;
 use protocol::{Finding, larger};
 
@@ -68,7 +68,7 @@ kit::findings! {
     ///
     /// - Why: the exchanges are few, or each side overshoots, as the other one stands still between two exchanges.
     /// - Do: lower `interface.<name>.heat_every_windows`.
-    /// - Judged: Largest change of a temperature from one exchange to the next, over the range of all.
+    /// - Judged: Largest change of a temperature from one exchange to the next, over the range of all, or one over the number of exchanges.
     /// - Valid: 0.12 (`wheel-rail-heat`).
     /// - Wrong: 0.78 (`wheel-rail-heat` from grains of 400 K, four exchanges: 16 % more heat).
     HEAT_EXCHANGE = "heat_exchange": heat_exchange_rel in fem = [0.3, 0.8];
@@ -164,8 +164,10 @@ pub(crate) fn heat(model: &Model, state: Option<&HeatState>, lost: [f64; 2]) -> 
             "when the upper edge was hottest, at t = {t:.3e} s and x = {x:.3e} m, {fall:.2} of its rise lay in the uppermost layer: make heat.finest_m smaller"),
         judge!(model.plausible => THERMAL_DEPTH, beside;
             "{beside:.2} of the largest rise lies between a held edge and the nodes beside it: make heat.finest_m smaller at the upper edge, or the elements at others"),
+        judge!(model.plausible => HEAT_STEPS, heat.coarseness(state);
+            "heat passed in few steps, and each mixes what happens within: lower heat.every_steps"),
         judge!(model.plausible => HEAT_EXCHANGE, jump;
-            "a temperature of the coupled surface changed by {jump:.2} of their range from one exchange of heat to the next: lower heat_every_windows of its interface"),
+            "exchanges of heat were few, or a temperature of the coupled surface changed by {jump:.2} of their range from one to the next: lower heat_every_windows of its interface"),
         judge!(model.plausible => SURFACE_TEMPERATURE, peak;
             "the upper edge had {peak:.0} K at t = {t:.3e} s and x = {x:.3e} m, far beyond solids with one capacity and conductivity: give heat.edges, or look at the units of heat"),
     ];

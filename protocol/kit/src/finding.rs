@@ -120,6 +120,14 @@ findings! {
     /// - Valid: 1e-13.
     /// - Wrong: 4e-4 (impacts of a sliding disk without the part of the scheme).
     HEAT_BALANCE = "heat_balance": heat_balance_rel in dem fem = [1e-9, 1e-6];
+    /// Heat passes in few steps.
+    ///
+    /// - Why: `heat.every_steps` is large for the run.
+    /// - Do: lower `heat.every_steps`.
+    /// - Judged: One over the number of steps of heat, where these are longer than a step of the participant.
+    /// - Valid: 0.01.
+    /// - Wrong: 1 (`heat/column` with `heat.every_steps` beyond its end, 10 % off after 0.2 s).
+    HEAT_STEPS = "heat_steps": heat_steps_rel in dem fem = [0.05, 1e300];
     /// The force on the wheel is not its load during the hold.
     ///
     /// - Why: the load grew too fast, and the wheel still bounces.

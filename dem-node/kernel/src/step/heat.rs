@@ -32,11 +32,13 @@ impl Stepper {
     pub fn end_heat(&mut self, state: &mut GrainState, bodies: &Bodies) {
         if let Some(law) = bodies.heat.as_ref().filter(|_| state.heat.waited.0 > 0) {
             self.conduct(state, bodies, law);
+            state.heat.see_peak(&state.centres, state.heat.seen);
         }
     }
 
     fn conduct(&mut self, state: &mut GrainState, bodies: &Bodies, law: &HeatLaw) {
         let (_, time) = std::mem::take(&mut state.heat.waited);
+        state.heat.conductions += 1;
         let links = &mut self.links;
         links.inner.clear();
         links.outer.clear();

@@ -62,6 +62,10 @@ pub struct Heat {
     pub peak_at: [f64; 3],
     /// Steps and time (s) since the last conduction.
     pub waited: (u32, f64),
+    /// Conductions so far.
+    pub conductions: u64,
+    /// Time of the last look at the highest temperature (s).
+    pub seen: f64,
     /// Rises (K) that a coupler gives to the points of the boundary, NaN to others; empty where it gives none.
     pub beside: Vec<f64>,
     /// Heat that each of these points has taken since it was last asked for (J).
@@ -270,6 +274,7 @@ impl Heat {
 
     /// Keeps the highest temperature so far, with its place and time (s).
     pub fn see_peak(&mut self, centres: &[[f64; 2]], time: f64) {
+        self.seen = time;
         for (rise, [x, y]) in self.rises.iter().zip(centres) {
             if *rise > self.peak {
                 (self.peak, self.peak_at) = (*rise, [*x, *y, time]);
