@@ -93,7 +93,7 @@ class Rails(Kratos):
             self.assertLess(np.abs(moved - ours.displacement(state)).max(), 1e-13 * np.abs(moved).max(), step)
 
     def test_conform_breaks_no_rule(self):
-        others = {"substeps": "not_offered", "velocity": "not_offered", "alone": "not_tested"}
+        others = {"substeps": "not_offered", "velocity": "not_offered", "heat": "not_offered", "alone": "not_tested"}
         self.assert_conforms(KRATOS / "both.toml", "rail", others, {})
 
     def test_a_damping_that_feeds_the_rail_is_refused(self):
@@ -165,7 +165,7 @@ class Layers(Kratos):
         self.assertEqual(thirdbody.state.digest(repeated), thirdbody.state.digest(again))
 
     def test_conform_breaks_no_rule(self):
-        self.assert_conforms(KRATOS / "grains.toml", "third-body", {"alone": "not_tested"}, self.keys)
+        self.assert_conforms(KRATOS / "grains.toml", "third-body", {"heat": "not_offered", "alone": "not_tested"}, self.keys)
 
     def test_the_error_names_killed_grains(self):
         self.assert_kill_is_named(KRATOS / "both.toml", "grains.py", "third-body")
