@@ -124,7 +124,7 @@ fn at_rest() -> f64 {
     let state = equilibrium(&rail.model.static_problem(), Some(&loads)).expect("it exists");
     let contact = state.contact.expect("there is a wheel");
     let profile = ContactProfile::new(&rail.model, &contact);
-    profile.half_width(0.0).expect("26 nodes touch")
+    profile.half_width(0.0, None).expect("26 nodes touch")
 }
 
 fn near(name: &str, value: f64, expected: f64, tolerance: f64) {

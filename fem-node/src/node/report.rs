@@ -116,7 +116,9 @@ impl FemNode {
             maxima = Some(record.maxima);
             results = state.statistics.results(wheel, self.committed.steps);
             results.insert("p0_pa".into(), record.profile.peak());
-            let width = record.profile.half_width(wheel.start());
+            let width = record
+                .profile
+                .half_width(wheel.start(), self.model.mesh.period());
             results.extend(width.map(|a| ("contact_half_width_m".into(), a)));
             results.insert("approach_m".into(), record.approach);
             results.extend(state.rolling_results(wheel));

@@ -298,7 +298,7 @@ impl StaticNode {
             add("load_n", loads.load);
             add("approach_m", contact.approach);
             add("p0_pa", profile.peak());
-            if let Some(width) = profile.half_width(loads.start) {
+            if let Some(width) = profile.half_width(loads.start, self.model.mesh.period()) {
                 add("contact_half_width_m", width);
             }
         }

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use fem_kernel::mesh::Edge;
 use fem_kernel::statics::contact::WheelContact;
 use fem_kernel::wheel::node_contact::{ContactStatus, NodeContact};
+use kit::rolling::nearest_image;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
@@ -72,11 +73,12 @@ impl ContactProfile {
     /// Half of the width of a contact around `centre` (m): the zero x = a of the straight line through p^2 over x^2 at the five nodes
     /// inside the outermost one, on the side of larger x. A Hertzian p^2 = p0^2 (1 - x^2/a^2) is such a line (Johnson 1985, eq.
     /// 4.44), so its half-width is exact. None where fewer than two nodes remain, or where the line does not fall,
-    /// as under a uniform pressure.
-    pub fn half_width(&self, centre: f64) -> Option<f64> {
-        let x = |k: usize| self.x[k] - centre;
+    /// as under a uniform pressure. A body that repeats after the `period` (m) may have the contact at its seam.
+    pub fn half_width(&self, centre: f64, period: Option<f64>) -> Option<f64> {
+        let x = |k: usize| nearest_image(self.x[k] - centre, period);
         let closed = |k: &usize| self.status[*k] != ContactStatus::Open && x(*k) > 0.0;
-        let closed: Vec<usize> = (0..self.x.len()).filter(closed).collect();
+        let mut closed: Vec<usize> = (0..self.x.len()).filter(closed).collect();
+        closed.sort_by(|one, other| x(*one).total_cmp(&x(*other)));
         let inside = &closed[..closed.len().saturating_sub(1)];
         let fit = &inside[inside.len().saturating_sub(FIT)..];
         if fit.len() < 2 {
@@ -124,7 +126,7 @@ mod tests {
             status: vec![ContactStatus::Stick; x.len()],
             x,
         };
-        assert_eq!(profile.half_width(0.0), None);
+        assert_eq!(profile.half_width(0.0, None), None);
     }
 
     #[test]
@@ -137,8 +139,15 @@ mod tests {
             status: vec![ContactStatus::Stick; x.len()],
             x,
         };
-        let half_width = profile.half_width(0.0).expect("nine nodes on the right");
+        let half_width = profile
+            .half_width(0.0, None)
+            .expect("nine nodes on the right");
         assert!((half_width - 10.0).abs() < 1e-12, "{half_width}");
         assert_eq!(profile.peak(), 10.0);
+        // The same around the seam of a body that repeats after 40.
+        let apart = |x: &f64| if *x > 0.0 { x - 20.0 } else { x + 20.0 };
+        let x = profile.x.iter().map(apart).collect();
+        let seam = ContactProfile { x, ..profile };
+        assert_eq!(seam.half_width(20.0, Some(40.0)), Some(half_width));
     }
 }
