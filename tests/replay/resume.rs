@@ -76,6 +76,13 @@ fn assert_same(one: &Ended, other: &Ended) {
     ] {
         assert_eq!(a[key], b[key], "{key}");
     }
+    let warned = |summary: &Value| {
+        let all = summary["warnings"].as_array().expect("a list").iter();
+        let mut all: Vec<String> = all.map(Value::to_string).collect();
+        all.sort();
+        all
+    };
+    assert_eq!(warned(&a), warned(&b));
     for (name, participant) in a["participants"].as_object().expect("a table") {
         assert_eq!(
             participant["energy"], b["participants"][name]["energy"],

@@ -162,8 +162,19 @@ fn modes_below_two_layers_resume_in_the_middle_of_halved_windows() {
 
 #[test]
 fn the_modes_of_a_rail_resume() {
-    let sets = ["participant.rail.config.reduced.modes=20"];
+    // The last checkpoint comes before a window that the end cuts short; long windows are warned of.
+    let sets = [
+        "participant.rail.config.reduced.modes=20",
+        "run.end_s=1.531e-4",
+        "run.checkpoint_every_windows=50",
+    ];
     let (count, _, _) = resume_from_all(&short_quick(&sets), "resume-modes");
+    assert!(count >= 2, "{count}");
+    let sets = [
+        "interface.layer-base.substeps=100",
+        "run.checkpoint_every_windows=10",
+    ];
+    let (count, _, _) = resume_from_all(&short_quick(&sets), "resume-long");
     assert!(count >= 2, "{count}");
 }
 

@@ -85,6 +85,10 @@ impl Node for ReducedNode {
         if self.state_hash() != hash {
             return foreign("the hash of its numbers differs");
         }
+        // Results describe the longest window.
+        if self.committed.longest > 0 {
+            self.prepare(self.committed.longest)?;
+        }
         Ok(())
     }
 

@@ -71,6 +71,8 @@ pub(super) struct ReducedCommitted {
     pub(super) steps_done: u64,
     /// Windows of modes computed, repeated ones included.
     pub(super) mode_windows: u64,
+    /// Steps of the longest window.
+    pub(super) longest: u32,
     /// Largest pressures at the snapshot of the hold.
     pub(super) hold_maxima: Option<PressureMaxima>,
     /// Temperatures, where the body has them.
@@ -189,6 +191,7 @@ impl ReducedNode {
             });
         }
         self.windows.insert(substeps, window);
+        self.committed.longest = self.committed.longest.max(substeps);
         Ok(())
     }
 

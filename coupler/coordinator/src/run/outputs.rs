@@ -392,7 +392,8 @@ impl<'a> Outputs<'a> {
         self.keep_finding(about, finding);
     }
 
-    fn keep_finding(&mut self, about: &str, finding: Option<Finding>) {
+    /// Keeps a finding, if there is one, for checkpoints too.
+    pub fn keep_finding(&mut self, about: &str, finding: Option<Finding>) {
         let finding = finding.map(|finding| (about.to_string(), finding));
         self.state.findings.extend(finding);
     }

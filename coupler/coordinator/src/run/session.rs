@@ -4,8 +4,8 @@ use std::hash::{BuildHasher, RandomState};
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
-use protocol::Kind;
 use protocol::serve::Farewell;
+use protocol::{Finding, Kind};
 use serde_json::{Value, json};
 
 use super::check::check;
@@ -474,7 +474,7 @@ impl RunSession<'_> {
         match self.restart {
             // The log of the resumed run has the prediction and its requests.
             Some(restart) => restart.restore(&mut recorded.peers, greeted, &mut groups)?,
-            None => self.predict(recorded, greeted, &mut groups)?,
+            None => self.predict(recorded, greeted, &mut groups, outputs)?,
         }
         let (t_s, end_s) = (reached_s(&groups), end_s(scenario, greeted)?);
         let all = groups.iter().map(GroupRun::windows).sum();
@@ -502,6 +502,7 @@ impl RunSession<'_> {
         recorded: &mut Recorded,
         greeted: &[Greeted],
         groups: &mut [GroupRun],
+        outputs: &mut Outputs,
     ) -> Result<()> {
         let remote = &mut Remote::new(recorded, greeted);
         let mut predicted = Vec::new();
@@ -515,7 +516,7 @@ impl RunSession<'_> {
                 let own: Vec<f64> = columns.diagonal().iter().copied().collect();
                 let finding = plausible::told_mass(coupling.group(), side, &own, explicit);
                 let name = &self.loaded.scenario.participant[peer].name;
-                self.warn(finding.map(|finding| Warning::of(name, finding)));
+                outputs.keep_finding(name, finding);
             }
             for (index, prediction) in foreseen {
                 let interface = &self.loaded.scenario.interface[index];
@@ -527,10 +528,12 @@ impl RunSession<'_> {
                     .bounds
                     .iter()
                     .find(|bound| bound.is_long_window());
-                let long = long.map(|bound| Warning {
-                    value: Some(bound.margin),
-                    bound: Some(LEAST_MARGIN),
-                    ..Warning::advice(&LONG_WINDOW, name, LONG_WINDOW_TEXT)
+                let long = long.map(|bound| Finding {
+                    code: LONG_WINDOW.code.into(),
+                    text: LONG_WINDOW_TEXT.into(),
+                    value: bound.margin,
+                    bound: LEAST_MARGIN,
+                    suspect: false,
                 });
                 let points = &group.points;
                 // A bare surface has points without a disk.
@@ -547,9 +550,11 @@ impl RunSession<'_> {
                 let stability = &mut self.summary.stability;
                 stability.push((name.clone(), prediction.clone()));
                 predicted.push((interface, prediction));
-                self.warn(long);
+                outputs.keep_finding(name, long);
             }
         }
+        // A resumed run has them from its checkpoint.
+        self.warn(outputs.warnings());
         let mut predicted = predicted.iter();
         predicted.try_for_each(|(interface, prediction)| Ok(prediction.refuse(interface)?))
     }
