@@ -71,7 +71,7 @@ fn heat_every(
         let problem = match (interface.heat_every_windows, peers.into_iter().find(cold)) {
             (every, _) if every != first => {
                 let leader = &interfaces[0].name;
-                format!("differs from the one of the connected interface `{leader}`")
+                format!("differs from the one of `{leader}`: interfaces that share a participant all exchange heat, or none does: give both the same number, or remove it and the heat of one side")
             }
             (Some(_), Some(peer)) => {
                 let name = participants.name(peer);

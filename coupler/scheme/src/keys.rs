@@ -52,7 +52,7 @@ pub struct Interface {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub energy_defect_max_rel: Option<f64>,
     /// Windows from one exchange of heat and temperatures to the next; required where both sides have heat, refused
-    /// where one has none.
+    /// where one has none. Interfaces that share a participant all exchange heat, or none does.
     #[schemars(range(min = 1))]
     pub heat_every_windows: Option<u32>,
     /// What happens to a window that did not converge.
