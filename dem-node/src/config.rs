@@ -247,6 +247,8 @@ impl DemConfig {
             let lateral = self.flow.is_some_and(|flow| flow.lateral.is_some());
             let fed = self.injection.is_some() || self.detachment.is_some();
             heat.validate(fed || lateral, &self.groups())?;
+            let mut softening = heat.softening.iter();
+            softening.try_for_each(|softening| softening.validate(&self.law))?;
         }
         self.validate_drive()?;
         self.validate_together()?;
@@ -381,6 +383,7 @@ impl DemConfig {
         }
         let (law, pairs) = (&self.law, &self.law.pairs);
         let own = self.sample.surface().and_then(|keys| keys.friction);
+        let warm = self.heat.as_ref().and_then(|heat| heat.softening.as_ref());
         let nsgs = "write solver.kind = \"nsgs\"";
         let refusals = [
             // A compliant bond has a spring in place of friction; a rigid bond has friction in addition to its shear.
@@ -402,8 +405,10 @@ impl DemConfig {
                 nsgs,
             ),
             (
-                own.is_some() || !pairs.is_empty(),
-                "\"pcg\" solves contacts of one law, and law.pairs or sample.surface.friction has others",
+                own.is_some()
+                    || !pairs.is_empty()
+                    || warm.is_some_and(|warm| !warm.friction.is_empty()),
+                "\"pcg\" solves contacts of one law, and law.pairs, sample.surface.friction or heat.softening.friction has others",
                 nsgs,
             ),
         ];

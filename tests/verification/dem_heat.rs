@@ -120,13 +120,17 @@ fn slip_warms_a_disk_by_its_loss() {
     }
 }
 
-/// Disks that fall on each other with friction, dampers or impacts, and bonds that break: all that they lose is heat, by the shares.
-#[test]
-fn heat_is_what_the_contacts_lose() {
-    let springs = json!({"kind": "coulomb", "friction": 0.3, "contact_stiffness_pa": 1e8, "tangential_stiffness_ratio": 0.5, "damping": 0.3});
-    let rigid = json!({"kind": "coulomb", "friction": 0.3, "rolling": {"coefficient": 0.1}});
-    let bonds = json!({"kind": "cohesion", "friction": 0.3, "contact_stiffness_pa": 1e8, "damping": 0.3, "tangential_stiffness_ratio": 0.5,
-        "cn_pa_per_m": 1e12, "ct_pa_per_m": 5e11, "w_j_per_m2": 1e-6, "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one", "alert_m": 1e-6, "bonds_min": 0});
+/// Springs, rigid contacts, and bonds with this friction and this w (J/m2).
+fn laws(friction: f64, w: f64) -> [Value; 3] {
+    let springs = json!({"kind": "coulomb", "friction": friction, "contact_stiffness_pa": 1e8, "tangential_stiffness_ratio": 0.5, "damping": 0.3});
+    let rigid = json!({"kind": "coulomb", "friction": friction, "rolling": {"coefficient": 0.1}});
+    let bonds = json!({"kind": "cohesion", "friction": friction, "contact_stiffness_pa": 1e8, "damping": 0.3, "tangential_stiffness_ratio": 0.5,
+        "cn_pa_per_m": 1e12, "ct_pa_per_m": 5e11, "w_j_per_m2": w, "b_pa_m_s": 0.0, "p": 1.0, "h_prime": "one", "alert_m": 1e-6, "bonds_min": 0});
+    [springs, rigid, bonds]
+}
+
+/// Sixteen disks that fall on each other.
+fn pile() -> Value {
     let mut disks = Vec::new();
     for row in 0..4 {
         for column in 0..4 {
@@ -135,12 +139,21 @@ fn heat_is_what_the_contacts_lose() {
             disks.push(json!({"x_m": x + shift, "y_m": y + 1.5 * R, "radius_m": R, "vy_m_per_s": -0.5 + 0.1 * f64::from(column)}));
         }
     }
-    for (law, name) in [(springs, "damping"), (rigid, "impact"), (bonds, "bonds")] {
+    json!(disks)
+}
+
+/// Disks that fall on each other with friction, dampers or impacts, and bonds that break: all that they lose is heat, by the shares.
+#[test]
+fn heat_is_what_the_contacts_lose() {
+    for (law, name) in laws(0.3, 1e-6)
+        .into_iter()
+        .zip(["damping", "impact", "bonds"])
+    {
         let mut keys = heat(
             json!({"held_k": {"floor": START}, "every_steps": 4, "sources": {"friction": 0.7, "bonds": 0.5}}),
         );
         keys["solver"] = json!({"kind": "nsgs", "tolerance": 1e-8, "max_iterations": 20_000, "min_iterations": 1});
-        let mut dem = on_floor(law, 1e-6, 9.81, json!(disks), &keys);
+        let mut dem = on_floor(law, 1e-6, 9.81, pile(), &keys);
         let report = march(&mut dem, 0, 3000);
         let results = dem.finish().expect("it ends").results;
         let of = |name: &str| results[name];
@@ -280,4 +293,98 @@ fn the_last_steps_conduct_at_the_end() {
         expected,
         1e-9,
     );
+}
+
+/// Grains that never warm, under tables with 0.75 at their temperature, move as those with 0.75 of friction and w, bit by bit.
+#[test]
+fn what_is_warm_holds_less() {
+    let table = json!([[START - 100.0, 1.0], [START + 100.0, 0.5]]);
+    let moved = |law: Value, softening: Value| {
+        let mut keys = heat(json!({"capacity_j_per_kg_k": 1e30, "softening": softening}));
+        keys["solver"] = json!({"kind": "nsgs", "tolerance": 1e-8, "max_iterations": 20_000, "min_iterations": 1});
+        let mut dem = on_floor(law, 1e-6, 9.81, pile(), &keys);
+        let report = march(&mut dem, 0, 3000);
+        let state = dem.state();
+        (
+            state.velocities.clone(),
+            state.bonds.clone(),
+            report.energy("cohesion"),
+            report.energy("friction"),
+        )
+    };
+    let constant = laws(0.4 * 0.75, 1e-6 * 0.75);
+    for (index, (warm, cold)) in laws(0.4, 1e-6).into_iter().zip(constant).enumerate() {
+        let mut softening = json!({ "friction": table });
+        if index == 2 {
+            softening["bonds"] = table.clone();
+        }
+        let found = moved(warm, softening);
+        assert!(found.3 > 0.0 && (index < 2 || found.2 > 0.0), "{found:?}");
+        assert_eq!(found, moved(cold, Value::Null));
+    }
+}
+
+/// A disk of 300 K slides over a floor of 600 K: its friction is 0.7 at the mean of 450 K.
+#[test]
+fn a_contact_has_the_mean_of_its_temperatures() {
+    let softening = json!({"friction": [[400.0, 1.0], [500.0, 0.4]]});
+    let disk = json!([{"x_m": 0.0, "y_m": R, "radius_m": R, "vx_m_per_s": 0.1}]);
+    let pairs = json!([{"between": ["grains", "floor"], "friction": 0.3}]);
+    for law in [
+        json!({"kind": "coulomb", "friction": 0.3}),
+        json!({"kind": "coulomb", "friction": 0.1, "pairs": pairs}),
+    ] {
+        let keys = heat(
+            json!({"capacity_j_per_kg_k": 1e30, "conductance_w_per_k": 0.0, "held_k": {"floor": 600.0}, "softening": softening}),
+        );
+        let mut dem = on_floor(law, 1e-5, 9.81, disk.clone(), &keys);
+        march(&mut dem, 0, 100);
+        let speed = dem.state().velocities[0][0];
+        close("speed", speed, 0.1 - 0.3 * 0.7 * 9.81 * 1e-3, 1e-12);
+    }
+}
+
+/// A disk of 300 K on a floor of 360 K heals in T exp(E/R (1/330 - 1/300)).
+#[test]
+fn healing_waits_for_less_where_it_is_warm() {
+    let (time, activation) = (0.1, 4e4);
+    let softening = json!({ "healing_j_per_mol": activation });
+    let mut law = laws(0.3, 1e-3)[2].clone();
+    law["healing"] = json!({"time_s": time, "pressure_pa": 0.0});
+    law["alert_m"] = json!(1e-15);
+    let keys = heat(
+        json!({"capacity_j_per_kg_k": 1e30, "conductance_w_per_k": 0.0, "held_k": {"floor": 360.0}, "softening": softening}),
+    );
+    let disk = json!([{"x_m": 0.0, "y_m": R, "radius_m": R}]);
+    let mut dem = on_floor(law, 1e-5, 9.81, disk, &keys);
+    let warm: f64 = time * (activation / 8.314_462_618 * (1.0 / 330.0 - 1.0_f64 / 300.0)).exp();
+    // It comes to rest within three steps of this damper, and is bonded from T/100 on.
+    let steps = (0.2 * warm / 1e-5) as u32;
+    march(&mut dem, 0, steps);
+    let adhesion = dem.state().bonds[0].adhesion;
+    close("adhesion", adhesion, f64::from(steps) * 1e-5 / warm, 0.02);
+    close("steps", adhesion * warm / 1e-5 % 1.0, 0.0, 1e-6);
+}
+
+#[test]
+fn softening_without_effect_is_refused() {
+    let law = json!({"kind": "coulomb", "friction": 0.3});
+    let refused = |softening: Value, kind: &str| {
+        let mut keys = column(1, 1e-3, heat(json!({ "softening": softening })));
+        keys["law"] = law.clone();
+        keys["solver"]["kind"] = json!(kind);
+        refusal(&keys)
+    };
+    let words = [
+        (json!({"friction": [[300.0, 1.0], [200.0, 0.5]]}), "entry 1"),
+        (json!({"friction": [[300.0, -1.0]]}), "no less than 0"),
+        (json!({"bonds": [[300.0, 1.0]]}), "without law.w_j_per_m2"),
+        (json!({"healing_j_per_mol": 1.0}), "without law.healing"),
+    ];
+    for (softening, word) in words {
+        let message = refused(softening, "nsgs");
+        assert!(message.contains(word), "{message}");
+    }
+    let message = refused(json!({"friction": [[300.0, 1.0]]}), "pcg");
+    assert!(message.contains("heat.softening.friction"), "{message}");
 }

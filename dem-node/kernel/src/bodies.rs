@@ -125,7 +125,14 @@ impl Bodies {
         glued.unwrap_or_else(of_surface)
     }
 
-    /// The law between two bodies.
+    /// True if temperature changes the laws of contacts.
+    pub fn softens(&self) -> bool {
+        self.heat
+            .as_ref()
+            .is_some_and(|heat| heat.softening.is_some())
+    }
+
+    /// The law between two bodies, at the temperature of the start.
     #[inline]
     pub fn law_of(&self, a: usize, b: usize) -> &Law {
         self.pairs.of(a, b).map_or(&self.law, |(_, law)| law)

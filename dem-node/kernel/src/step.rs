@@ -268,7 +268,7 @@ impl Stepper {
         law: &Cohesion,
     ) -> bool {
         let (bodies, h) = (input.bodies, input.step);
-        let problem = &self.problem;
+        let (problem, softens) = (&self.problem, bodies.softens());
         let contacts = &problem.contacts[..];
         let pieces = in_pieces(
             contacts.len(),
@@ -281,6 +281,11 @@ impl Stepper {
                         continue;
                     };
                     let velocity = problem.relative_velocity(contact);
+                    let own = softens.then(|| {
+                        let bond = &state.bonds[bond.index as usize];
+                        state.law_of(bodies, [bond.a, bond.b]).cohesion
+                    });
+                    let law = own.as_ref().and_then(Option::as_ref).unwrap_or(law);
                     let adhesion = bond.fall(law, velocity, contact.gap, h);
                     if adhesion < bond.adhesion[1] {
                         softened.push(index as u32);

@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use crate::config::law::{LawConfig, LawKind};
 use dem_kernel::bodies::pairs::GRAINS;
-use dem_kernel::law::heat::{Conduction, HeatLaw};
+use dem_kernel::law::heat::{Conduction, HeatLaw, Softening};
 use kit::ConfigError;
 use kit::keys::refuse_if;
+use kit::table::{LoadTable, check_table};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -46,6 +48,22 @@ pub struct HeatConfig {
     #[serde(default = "one")]
     #[schemars(range(min = 1))]
     pub every_steps: u32,
+    /// What temperature changes in the laws of contacts; nothing when absent.
+    pub softening: Option<SofteningConfig>,
+}
+
+/// `heat.softening`: factors on constants of `law` and `law.pairs` over temperature, `[[kelvins, factor], ...]`, linear between entries and constant beyond
+/// the first and the last. A contact has the mean of the temperatures of its bodies, at the start of the step.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SofteningConfig {
+    /// On the coefficients of friction.
+    pub friction: LoadTable,
+    /// On `w_j_per_m2`, the energy of bonds; their strength follows its root.
+    pub bonds: LoadTable,
+    /// Activation energy E of healing (J/mol): `time_s` is the constant times exp(E/R (1/T - 1/T_0)), T_0 being `start_k`.
+    #[schemars(range(min = 0.0))]
+    pub healing_j_per_mol: f64,
 }
 
 /// `heat.sources`: shares of the losses that become heat.
@@ -79,6 +97,54 @@ impl Default for HeatSources {
 
 fn one() -> u32 {
     1
+}
+
+impl SofteningConfig {
+    /// Refuses wrong tables, and keys that change nothing of this law.
+    pub(super) fn validate(&self, law: &LawConfig) -> Result<(), ConfigError> {
+        let pairs = &law.pairs;
+        let rubs = law.friction.is_some_and(|friction| friction > 0.0)
+            || pairs
+                .iter()
+                .any(|pair| pair.friction.is_some_and(|friction| friction > 0.0));
+        let heals = law.healing.is_some() || pairs.iter().any(|pair| pair.healing.is_some());
+        let tables = [
+            (
+                "heat.softening.friction",
+                &self.friction,
+                rubs,
+                "law.friction",
+            ),
+            (
+                "heat.softening.bonds",
+                &self.bonds,
+                law.kind.plain() == LawKind::Cohesion,
+                "law.w_j_per_m2",
+            ),
+        ];
+        for (key, table, has, constant) in tables.into_iter().filter(|table| !table.1.is_empty()) {
+            check_table(key, table)?;
+            let wrong = table
+                .iter()
+                .find(|[kelvins, factor]| *kelvins <= 0.0 || *factor < 0.0);
+            let why =
+                format!("has {wrong:?}, and temperatures are above 0, and factors no less than 0");
+            refuse_if(wrong.is_some(), key, why, "write [[kelvins, factor], ...]")?;
+            refuse_if(
+                !has,
+                key,
+                format!("has no effect without {constant}"),
+                "remove it",
+            )?;
+        }
+        let idle = self.healing_j_per_mol != 0.0 && !heals;
+        refuse_if(
+            idle,
+            "heat.softening.healing_j_per_mol",
+            "has no effect without law.healing",
+            "remove it",
+        )
+    }
 }
 
 impl HeatConfig {
@@ -177,6 +243,11 @@ impl HeatConfig {
                 })
                 .collect(),
             every: self.every_steps,
+            softening: self.softening.as_ref().map(|softening| Softening {
+                friction: softening.friction.clone(),
+                bonds: softening.bonds.clone(),
+                activation: softening.healing_j_per_mol,
+            }),
         }
     }
 }

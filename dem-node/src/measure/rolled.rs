@@ -79,7 +79,7 @@ impl RolledWay {
             }
             let x = state.centres[slot.a as usize][0];
             let before = along * rolling.apart(x, state.wheel.position[0]);
-            let friction = bodies.law_of(slot.a as usize, slot.b as usize).friction;
+            let friction = state.law_of(bodies, [slot.a, slot.b]).friction;
             let sticks = tangential.abs() < SLIDING * friction * normal;
             extent.touch(before, normal, sticks);
         }

@@ -51,11 +51,14 @@ pub fn last_change(table: Option<&LoadTable>) -> Option<f64> {
 pub fn check_table(key: &str, table: &[[f64; 2]]) -> Result<(), ConfigError> {
     let refused = |problem: String, help: &str| Err(ConfigError::new(key, problem).help(help));
     if table.is_empty() {
-        return refused("has no entries".into(), "write [[t_s, n], ...]");
+        return refused(
+            "has no entries".into(),
+            "write pairs of numbers, [[x, y], ...]",
+        );
     }
     if let Some(i) = table.iter().position(|e| e.iter().any(|x| !x.is_finite())) {
         let problem = format!("entry {i} is {:?}, and must hold finite numbers", table[i]);
-        return refused(problem, "write [[t_s, n], ...]");
+        return refused(problem, "write pairs of numbers, [[x, y], ...]");
     }
     let Some(i) = table.windows(2).position(|pair| pair[1][0] <= pair[0][0]) else {
         return Ok(());

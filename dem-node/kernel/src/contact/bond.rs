@@ -56,14 +56,14 @@ impl Bond {
 
     /// The bond of a pair that has been pressed for long enough, and the energy that its springs release; `None` before. The pair does not move:
     /// springs press as before, and a rigid pair touches at its present gap.
-    pub fn healed(bodies: &Bodies, slot: &Slot) -> Option<(Bond, Loss)> {
+    pub fn healed(bodies: &Bodies, slot: &Slot, cohesion: &Cohesion) -> Option<(Bond, Loss)> {
         let law = bodies.law_of(slot.a as usize, slot.b as usize);
-        let (cohesion, adhesion) = (law.cohesion?, law.healing?.made(slot.pressed)?);
+        let adhesion = law.healing?.made(slot.pressed)?;
         let reference = match law.springs {
             None => slot.reference + slot.last_gap,
             Some(_) => slot.reference,
         };
-        let mut bond = Bond::new(bodies, &cohesion, [slot.a, slot.b], reference);
+        let mut bond = Bond::new(bodies, cohesion, [slot.a, slot.b], reference);
         (bond.adhesion, bond.opening) = (adhesion, slot.last_gap + slot.reference - reference);
         let [_, relaxation] =
             law.stored([0.0, law.springs.map_or(0.0, |s| s.tangential * slot.spring)]);

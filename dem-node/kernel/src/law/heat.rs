@@ -11,6 +11,13 @@
 
 use std::f64::consts::PI;
 
+use kit::table::{LoadTable, load_at};
+
+use crate::law::Law;
+
+/// Gas constant (J/(mol K)).
+const GAS: f64 = 8.314_462_618;
+
 /// The law of heat.
 #[derive(Clone, Debug)]
 pub struct HeatLaw {
@@ -28,6 +35,38 @@ pub struct HeatLaw {
     pub group_of: Vec<Option<u32>>,
     /// Steps from one conduction to the next.
     pub every: u32,
+    /// What temperature changes in the laws of contacts.
+    pub softening: Option<Softening>,
+}
+
+/// What temperature changes in the laws of contacts: factors on their constants over temperature (K), 1 without entries.
+#[derive(Clone, Debug, Default)]
+pub struct Softening {
+    /// On the coefficients of friction.
+    pub friction: LoadTable,
+    /// On w, the energy of bonds.
+    pub bonds: LoadTable,
+    /// Activation energy E of healing (J/mol): its time is the constant times exp(E/R (1/T - 1/T_0)) (Arrhenius 1889), T_0 being `start`.
+    pub activation: f64,
+}
+
+impl Softening {
+    /// A law at a temperature (K), its constants being the law's at the `start` (K).
+    fn at(&self, law: &Law, [temperature, start]: [f64; 2]) -> Law {
+        let mut law = *law;
+        let factor = |table: &LoadTable| match table.is_empty() {
+            true => 1.0,
+            false => load_at(table, temperature),
+        };
+        law.friction *= factor(&self.friction);
+        if let Some(cohesion) = &mut law.cohesion {
+            cohesion.energy *= factor(&self.bonds);
+        }
+        if let Some(healing) = &mut law.healing {
+            healing.time *= (self.activation / GAS * (1.0 / temperature - 1.0 / start)).exp();
+        }
+        law
+    }
 }
 
 impl HeatLaw {
@@ -40,6 +79,12 @@ impl HeatLaw {
     pub fn held_by_name(&self, name: &str) -> Option<f64> {
         let group = self.groups.iter().find(|(known, _)| known == name);
         group.and_then(|(_, held)| *held)
+    }
+
+    /// A law of contacts where the temperature has risen so far since the start (K), if temperature changes laws.
+    pub fn softened(&self, law: &Law, rise: f64) -> Option<Law> {
+        let softening = self.softening.as_ref();
+        softening.map(|softening| softening.at(law, [self.start + rise, self.start]))
     }
 
     /// Temperature of a group less the grains' at the start (K), if heat passes into it.

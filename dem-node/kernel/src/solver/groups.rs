@@ -101,7 +101,7 @@ impl Group {
     fn wanted<const FRICTION: bool>(
         &self,
         records: &[BodyRecord],
-        friction: f64,
+        friction: Doubles,
         bonds: Option<&GroupBonds>,
     ) -> [[Doubles; 2]; 2] {
         let [mut dx, mut dy, mut ds, mut w] = [[0.0; LANES]; 4];
@@ -131,7 +131,7 @@ impl Group {
         let w_t = (one + two * lever * lever) * w;
         let b_t = nx * dy - ny * dx - lever * ds + self.bias[1] - w_t * old_t;
         let r_t = match bonds {
-            None => tangential_impulse(-b_t * self.inverse[1], Doubles::splat(friction) * r_n),
+            None => tangential_impulse(-b_t * self.inverse[1], friction * r_n),
             Some(bonds) => {
                 let pull = bonds.shear * (b_t + bonds.slip);
                 let trial = -(b_t - w_t * pull) * self.inverse[1];
@@ -148,7 +148,7 @@ impl Group {
     fn look<const FRICTION: bool>(
         &self,
         records: &[BodyRecord],
-        friction: f64,
+        friction: Doubles,
         (bonds, diagonal): (Option<&GroupBonds>, &[Doubles; 2]),
         sums: &mut [Doubles; 8],
     ) {
@@ -179,7 +179,7 @@ impl Group {
     fn solve<const FRICTION: bool>(
         &mut self,
         records: &mut [BodyRecord],
-        friction: f64,
+        friction: Doubles,
         bonds: Option<&GroupBonds>,
         squares: &mut Squares,
     ) {
@@ -232,6 +232,8 @@ struct SweepList {
     diagonals: Vec<[Doubles; 2]>,
     /// The bonds of each group of a list of bonded contacts; empty for other lists.
     bonds: Vec<GroupBonds>,
+    /// Coefficients of friction of each group where temperature changes them; else empty.
+    frictions: Vec<Doubles>,
     squares: Squares,
     /// Sums of the last measurement, in the order of [`Sums::join`].
     seen: [Doubles; 8],
@@ -256,11 +258,21 @@ impl SweepList {
         self.groups.clear();
         self.diagonals.clear();
         self.bonds.clear();
-        let first = self.first as u32;
+        self.frictions.clear();
+        let (first, warm) = (self.first as u32, !problem.softening.is_empty());
         for members in &self.members {
             let (mut group, diagonal) = Group::new(contacts, members, first);
             if bonded {
                 self.bonds.push(group.take_bonds(problem, members));
+            }
+            if warm {
+                let of = |member: &u32| {
+                    contacts
+                        .get(*member as usize)
+                        .map_or(0.0, |c| c.law.friction)
+                };
+                self.frictions
+                    .push(lanes::Lanes(members.each_ref().map(of)));
             }
             self.groups.push(group);
             self.diagonals.push(diagonal);
@@ -290,8 +302,13 @@ impl SweepList {
         friction: f64,
     ) -> Squares {
         let mut squares = Squares::default();
-        for group in &mut self.groups {
-            group.solve::<FRICTION>(records, friction, None, &mut squares);
+        if self.frictions.is_empty() {
+            for group in &mut self.groups {
+                group.solve::<FRICTION>(records, Doubles::splat(friction), None, &mut squares);
+            }
+        }
+        for (group, friction) in self.groups.iter_mut().zip(&self.frictions) {
+            group.solve::<FRICTION>(records, *friction, None, &mut squares);
         }
         squares
     }
@@ -301,7 +318,7 @@ impl SweepList {
         self.squares = widest!({
             let mut squares = Squares::default();
             for (group, bonds) in self.groups.iter_mut().zip(&self.bonds) {
-                group.solve::<true>(records, 0.0, Some(bonds), &mut squares);
+                group.solve::<true>(records, Doubles::default(), Some(bonds), &mut squares);
             }
             squares
         });
@@ -323,6 +340,8 @@ impl SweepList {
         let mut sums = [Doubles::default(); 8];
         for (index, (group, diagonal)) in self.groups.iter().zip(&self.diagonals).enumerate() {
             let of = (self.bonds.get(index), diagonal);
+            let own = self.frictions.get(index).copied();
+            let friction = own.unwrap_or(Doubles::splat(friction));
             group.look::<FRICTION>(records, friction, of, &mut sums);
         }
         sums

@@ -150,13 +150,10 @@ impl<'a> Path<'a> {
             let u = problem.relative_velocity(contact);
             [
                 [u[0] + contact.bias[0], d[0]],
-                [
-                    u[1] + contact.bias[1],
-                    d[1] / (1.0 + problem.friction_of(contact)),
-                ],
+                [u[1] + contact.bias[1], d[1] / (1.0 + contact.law.friction)],
             ]
         };
-        let friction = problem.contacts.iter().map(|c| problem.friction_of(c));
+        let friction = problem.contacts.iter().map(|c| c.law.friction);
         let free: Vec<[Linear; 2]> = problem.contacts.iter().enumerate().map(line).collect();
         let closing = |[[b, d], _]: &[Linear; 2]| -b / d;
         let first = free.iter().map(closing).fold(0.0, f64::max);

@@ -54,6 +54,8 @@ pub struct Problem {
     pub friction: f64,
     /// Coefficients of friction of the laws by pair.
     pub frictions: Vec<f64>,
+    /// Factor on the coefficient of friction of each contact; empty where temperature changes none.
+    pub softening: Vec<f64>,
     /// Rounding error of a gap over the step (m/s): no residual can be smaller.
     pub rounding: f64,
     /// Least reference of residuals (m/s).
@@ -76,21 +78,24 @@ impl Problem {
                 bonds: &mut bonds,
                 first_bond: 0,
             };
-            let prepared = in_pieces(count, all, parallel, |_, piece| {
-                for contact in piece.contacts {
+            let prepared = in_pieces(count, all, parallel, |range, piece| {
+                for (number, contact) in range.zip(piece.contacts) {
                     let bond = (contact.bond as usize).wrapping_sub(piece.first_bond);
-                    self.prepare_law(contact, piece.bonds.get_mut(bond))?;
+                    self.prepare_law(number, contact, piece.bonds.get_mut(bond))?;
                 }
                 Ok::<(), KernelError>(())
             });
             self.apply_first_guesses(&contacts, parallel);
             prepared.into_iter().collect()
         } else {
-            contacts.iter_mut().try_for_each(|contact| {
-                self.prepare_law(contact, bonds.get_mut(contact.bond as usize))?;
-                self.apply_first_guess(contact);
-                Ok(())
-            })
+            contacts
+                .iter_mut()
+                .enumerate()
+                .try_for_each(|(number, contact)| {
+                    self.prepare_law(number, contact, bonds.get_mut(contact.bond as usize))?;
+                    self.apply_first_guess(contact);
+                    Ok(())
+                })
         };
         (self.contacts, self.bonds) = (contacts, bonds);
         rolling::apply(&self.couples, &self.contacts, &mut self.records);
@@ -104,6 +109,7 @@ impl Problem {
     #[inline(always)]
     fn prepare_law(
         &self,
+        number: usize,
         contact: &mut Contact,
         bond: Option<&mut BondContact>,
     ) -> Result<(), KernelError> {
@@ -112,8 +118,9 @@ impl Problem {
         let nt = contact.block.nt;
         let softened = DelassusBlock { nn, nt, tt };
         let pair = (contact.a, contact.b);
+        let softening = self.softening.get(number).copied().unwrap_or(1.0);
         contact.law = match bond {
-            None => LocalLaw::new(softened, self.friction_of(contact), pair)?,
+            None => LocalLaw::new(softened, self.friction_of(contact) * softening, pair)?,
             Some(bond) => (bond.law).prepare(contact.block, contact.compliance[0], pair)?,
         };
         Ok(())
@@ -235,9 +242,9 @@ impl Problem {
         }
     }
 
-    /// Coefficient of friction of a contact.
+    /// Coefficient of friction of a contact, at the temperature of the start.
     #[inline(always)]
-    pub(crate) fn friction_of(&self, contact: &Contact) -> f64 {
+    fn friction_of(&self, contact: &Contact) -> f64 {
         match contact.pair_law {
             0 => self.friction,
             own => self.frictions[own as usize - 1],

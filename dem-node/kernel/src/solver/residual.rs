@@ -128,7 +128,7 @@ impl Sums {
     pub fn add(&mut self, problem: &Problem, contact: &Contact) {
         let velocity = problem.relative_velocity(contact);
         let wanted = problem.local_solution(contact, velocity);
-        add_defect(&mut self.squares, problem, contact, (velocity, wanted));
+        add_defect(&mut self.squares, contact, (velocity, wanted));
         self.quad.add(contact, wanted);
     }
 
@@ -217,12 +217,7 @@ fn add_couples(squares: &mut [f64; 2], problem: &Problem) {
 
 /// Adds the squares of D (r - P(r - U/D)) and of D r of a contact under this relative velocity u; its own law wants the impulse `wanted`.
 #[inline(always)]
-fn add_defect(
-    [defect, size]: &mut [f64; 2],
-    problem: &Problem,
-    contact: &Contact,
-    (u, wanted): ([f64; 2], [f64; 2]),
-) {
+fn add_defect([defect, size]: &mut [f64; 2], contact: &Contact, (u, wanted): ([f64; 2], [f64; 2])) {
     let (d, r) = (contact.diagonal(), contact.impulse);
     let term = |axis: usize, wanted: f64| (d[axis] * (r[axis] - wanted)).powi(2);
     if contact.bond == NO_BOND {
@@ -232,8 +227,7 @@ fn add_defect(
         } else {
             r[1]
         };
-        let [r_n, r_t] =
-            coulomb_projection([r[0] - full[0] / d[0], x_t], problem.friction_of(contact));
+        let [r_n, r_t] = coulomb_projection([r[0] - full[0] / d[0], x_t], contact.law.friction);
         *defect += term(0, r_n);
         *defect += term(1, r_t);
     } else {

@@ -66,8 +66,8 @@ impl Detection<'_> {
         } else {
             self.mobility(pair, contact, [-ny, nx], records)
         };
-        let law = bodies.law_of(pair[0] as usize, pair[1] as usize);
-        let bond = BondContact::new(law, bond, [normal, tangential], h);
+        let law = self.state.law_of(bodies, pair);
+        let bond = BondContact::new(&law, bond, [normal, tangential], h);
         let share = 1.0 / bond.stiffening[0];
         contact.bias[0] *= share;
         contact.compliance[0] *= share;
@@ -160,6 +160,16 @@ impl Stepper {
         self.place_feet(&at, &list.slots);
         self.place_couples(&at, &mut list.slots);
         self.place_attractions(&at, &mut list.slots);
+        self.problem.softening.clear();
+        if bodies.softens() {
+            let slots = self.slots.iter().map(|index| &list.slots[*index as usize]);
+            let factors = slots.map(|slot| {
+                let cold = bodies.law_of(slot.a as usize, slot.b as usize).friction;
+                let warm = state.law_of(bodies, [slot.a, slot.b]).friction;
+                if cold > 0.0 { warm / cold } else { 1.0 }
+            });
+            self.problem.softening.extend(factors);
+        }
         state.list = list;
     }
 

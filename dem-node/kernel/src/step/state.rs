@@ -1,5 +1,7 @@
 //! The state of the grains, which changes while they move: the checkpoint of the node.
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
@@ -12,6 +14,7 @@ use crate::contact::bond::{Bond, BondCursor};
 use crate::contact::detect::{Slot, VerletList};
 use crate::contact::initial_bonds::initial_bonds;
 use crate::contact::shared::share_springs;
+use crate::law::Law;
 use crate::step::ledger::GrainLedger;
 use crate::step::temperature::Heat;
 use crate::step::worn::Worn;
@@ -150,6 +153,17 @@ impl GrainState {
         state.list = list;
         state.load_springs(bodies, 0.0);
         state
+    }
+
+    /// The law between two bodies, at their temperatures where these change it.
+    pub fn law_of<'a>(&self, bodies: &'a Bodies, [a, b]: [u32; 2]) -> Cow<'a, Law> {
+        let pair = [a, b].map(|body| body as usize);
+        let place = (self.centres[pair[0]], &self.surface[..]);
+        let softened = self.heat.softened(bodies, pair, place);
+        softened.map_or_else(
+            || Cow::Borrowed(bodies.law_of(pair[0], pair[1])),
+            Cow::Owned,
+        )
     }
 
     /// Gives compliant contacts and attractions the force of the gap that the first step finds, which drifts for a time (s) before it detects contacts.

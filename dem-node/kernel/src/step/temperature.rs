@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::contact::loss::Loss;
+use crate::law::Law;
 use crate::law::heat::HeatLaw;
 use crate::step::ledger::GrainLedger;
 
@@ -265,6 +266,25 @@ impl Heat {
         };
         let group = law.group(of.body)?;
         of.points.map(mean).or_else(|| law.held(group))
+    }
+
+    /// The law of a pair that is in contact: at the mean of the temperatures of two bodies that take heat, or at the temperature of one.
+    pub(super) fn softened(
+        &self,
+        bodies: &Bodies,
+        pair: [usize; 2],
+        place: ([f64; 2], &[[f64; 2]]),
+    ) -> Option<Law> {
+        let law = bodies.heat.as_ref().filter(|law| law.softening.is_some())?;
+        let rise = |body: usize| match law.group(body) {
+            None => Some(self.rises[body]),
+            Some(_) => self.beside(law, self.taker(bodies, body, place)),
+        };
+        let mean = match pair.map(rise) {
+            [Some(a), Some(b)] => 0.5 * (a + b),
+            [a, b] => a.or(b).unwrap_or(0.0),
+        };
+        law.softened(bodies.law_of(pair[0], pair[1]), mean)
     }
 
     /// True for a grain, and for a body into which heat passes.

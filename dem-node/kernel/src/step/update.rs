@@ -210,15 +210,18 @@ impl Stepper {
         let loose = self.problem.contacts.iter().zip(&self.slots);
         for (_, index) in loose.filter(|(contact, _)| contact.bond == NO_BOND) {
             let slot = &mut slots[*index as usize];
-            let law = bodies.law_of(slot.a as usize, slot.b as usize);
+            let law = state.law_of(bodies, [slot.a, slot.b]);
             let (Some(healing), Some(cohesion)) = (&law.healing, &law.cohesion) else {
                 continue;
             };
             let area = Bond::area(bodies, cohesion, [slot.a, slot.b]);
             let heals = healing.presses(slot.force[0], area) && slot.joined == 0.0;
-            let pressed = slot.pressed + input.step;
+            // Warmth makes the time T shorter: what counts is the part of T.
+            let cold = bodies.law_of(slot.a as usize, slot.b as usize).healing;
+            let faster = cold.map_or(1.0, |cold| cold.time / healing.time);
+            let pressed = slot.pressed + input.step * faster;
             slot.pressed = if heals { pressed } else { 0.0 };
-            if let Some((bond, loss)) = Bond::healed(bodies, slot) {
+            if let Some((bond, loss)) = Bond::healed(bodies, slot, cohesion) {
                 (slot.pressed, slot.spring, slot.reference) = (0.0, 0.0, 0.0);
                 slot.last_gap = bond.opening;
                 state.ledger.lose(&loss);
@@ -290,9 +293,9 @@ impl Stepper {
                 Some(solved) => {
                     let bond = &mut piece.bonds[solved.index as usize - piece.first_bond];
                     let after = self.adhesion[contact.bond as usize];
-                    let law = bodies.law_of(slot.a as usize, slot.b as usize);
-                    let loss = bond::end_step(law, bond, slot, &done, solved, after);
-                    let load = bond.load_squared(law);
+                    let law = state.law_of(bodies, [slot.a, slot.b]);
+                    let loss = bond::end_step(&law, bond, slot, &done, solved, after);
+                    let load = bond.load_squared(&law);
                     summary.bond_load_squared = larger(summary.bond_load_squared, load);
                     loss
                 }

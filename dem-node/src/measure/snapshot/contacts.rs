@@ -123,7 +123,7 @@ fn status(scene: &FieldScene, line: &Line) -> f64 {
     if line.adhesion > 0.0 {
         return 3.0;
     }
-    let law = scene.bodies.law_of(a as usize, b as usize);
+    let law = scene.state.law_of(scene.bodies, [a, b]);
     let slips = pressure[1].abs() >= (1.0 - ON_THE_LIMIT) * law.friction * pressure[0];
     if slips { 2.0 } else { 1.0 }
 }
