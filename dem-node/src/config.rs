@@ -248,7 +248,8 @@ impl DemConfig {
             let fed = self.injection.is_some() || self.detachment.is_some();
             heat.validate(fed || lateral, &self.groups())?;
             let mut softening = heat.softening.iter();
-            softening.try_for_each(|softening| softening.validate(&self.law))?;
+            let surface = self.sample.surface().and_then(|keys| keys.friction);
+            softening.try_for_each(|softening| softening.validate(&self.law, surface))?;
         }
         self.validate_drive()?;
         self.validate_together()?;

@@ -14,7 +14,8 @@ use dem_node::Dem;
 use protocol::Node;
 use serde_json::{Value, json};
 
-use crate::dem_support::{build, close, march, mass, on_floor, refusal, scene};
+use crate::dem_support::{build, close, march, mass, on_floor, refusal, scene, setting};
+use crate::vtk_file::array;
 
 /// Radius of the disks (m).
 const R: f64 = 1e-4;
@@ -366,6 +367,37 @@ fn healing_waits_for_less_where_it_is_warm() {
     close("steps", adhesion * warm / 1e-5 % 1.0, 0.0, 1e-6);
 }
 
+/// A disk that cools as it slides has less friction at the start of each step than at its end: its contact slips all the same.
+#[test]
+fn a_contact_that_slips_as_it_cools_is_shown_to_slip() {
+    let folder = harness::runs::Scratch::new("softening");
+    let table = json!([[300.0, 1.0], [900.0, 0.5]]);
+    let keys = heat(
+        json!({"start_k": 800.0, "held_k": {"floor": 300.0}, "softening": {"friction": table}}),
+    );
+    let disks = json!([{"x_m": 0.0, "y_m": R, "radius_m": R, "vx_m_per_s": 1.0}]);
+    let walls = json!([{"name": "floor", "x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0}]);
+    let sample = json!({"kind": "disks", "disks": disks, "walls": walls});
+    let mut config = scene(
+        json!({"kind": "coulomb", "friction": 0.3}),
+        1e-5,
+        sample,
+        keys,
+    );
+    config["gravity_m_per_s2"] = json!([0.0, -9.81]);
+    let setting = protocol::Setting {
+        fields: Some(folder.path().to_path_buf()),
+        ..setting(1)
+    };
+    let config = kit::read_config(&config).expect("the keys are valid");
+    let mut dem = Dem::new(&config, &setting).expect("the scene is valid");
+    march(&mut dem, 0, 100);
+    dem.snapshot("end").expect("a file");
+    let file = folder.path().join("third-body-end-contacts.vtp");
+    let status = array(&std::fs::read(file).expect("a file"), "status");
+    assert_eq!(status, [2.0]);
+}
+
 #[test]
 fn softening_without_effect_is_refused() {
     let law = json!({"kind": "coulomb", "friction": 0.3});
@@ -385,6 +417,15 @@ fn softening_without_effect_is_refused() {
         let message = refused(softening, "nsgs");
         assert!(message.contains(word), "{message}");
     }
+    let mut bare = column(
+        1,
+        1e-3,
+        heat(json!({"softening": {"friction": [[300.0, 1.0]]}})),
+    );
+    bare["sample"]["surface"] = json!({"half_width_m": 1e-2, "spacing_m": 1e-3, "friction": 0.4});
+    bare["law"] = json!({"kind": "coulomb", "friction": 0.0});
+    // The surface rubs.
+    build(&bare);
     let message = refused(json!({"friction": [[300.0, 1.0]]}), "pcg");
     assert!(message.contains("heat.softening.friction"), "{message}");
 }

@@ -118,7 +118,7 @@ fn slip_dissipates_the_work_of_creep_force_and_lead_of_the_pressure() {
         let error = (dissipated - work).abs() / dissipated;
         assert!(error < 0.01, "{dissipated} J/m by slip, {work} J/m of work");
         assert!(of("rolling_resistance").abs() > 1.0, "the pressure leads");
-        // Given in turn, this creepage brings the force up: over this way to a half of it, the depth of the block being taken up first.
+        // Given in turn, this creepage brings up some half of the force: the block is sheared first.
         let given = json!({ "creepage": of("creepage") });
         let back = results(&mut rolled(&block(0.3, 0.3, given), &setting(1)));
         let found = back("creep_force_n") / (share * 0.3 * LOAD);

@@ -52,14 +52,14 @@ pub struct HeatConfig {
     pub softening: Option<SofteningConfig>,
 }
 
-/// `heat.softening`: factors on constants of `law` and `law.pairs` over temperature, `[[kelvins, factor], ...]`, linear between entries and constant beyond
-/// the first and the last. A contact has the mean of the temperatures of its bodies, at the start of the step.
+/// `heat.softening`: what temperature changes in `law`, `law.pairs` and the friction of the surface.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SofteningConfig {
-    /// On the coefficients of friction.
+    /// Factors on the coefficients of friction over temperature, `[[kelvins, factor], ...]`: linear between entries and constant beyond, at the mean
+    /// temperature of the two bodies.
     pub friction: LoadTable,
-    /// On `w_j_per_m2`, the energy of bonds; their strength follows its root.
+    /// Factors on `w_j_per_m2`, the energy of bonds, as of `friction`; the strength of bonds follows its root.
     pub bonds: LoadTable,
     /// Activation energy E of healing (J/mol): `time_s` is the constant times exp(E/R (1/T - 1/T_0)), T_0 being `start_k`.
     #[schemars(range(min = 0.0))]
@@ -101,12 +101,15 @@ fn one() -> u32 {
 
 impl SofteningConfig {
     /// Refuses wrong tables, and keys that change nothing of this law.
-    pub(super) fn validate(&self, law: &LawConfig) -> Result<(), ConfigError> {
+    pub(super) fn validate(
+        &self,
+        law: &LawConfig,
+        surface: Option<f64>,
+    ) -> Result<(), ConfigError> {
         let pairs = &law.pairs;
-        let rubs = law.friction.is_some_and(|friction| friction > 0.0)
-            || pairs
-                .iter()
-                .any(|pair| pair.friction.is_some_and(|friction| friction > 0.0));
+        let others = pairs.iter().map(|pair| pair.friction);
+        let mut all = others.chain([law.friction, surface]).flatten();
+        let rubs = all.any(|friction| friction > 0.0);
         let heals = law.healing.is_some() || pairs.iter().any(|pair| pair.healing.is_some());
         let tables = [
             (

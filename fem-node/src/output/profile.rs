@@ -76,7 +76,10 @@ impl ContactProfile {
     /// as under a uniform pressure. A body that repeats after the `period` (m) may have the contact at its seam.
     pub fn half_width(&self, centre: f64, period: Option<f64>) -> Option<f64> {
         let x = |k: usize| nearest_image(self.x[k] - centre, period);
-        let closed = |k: &usize| self.status[*k] != ContactStatus::Open && x(*k) > 0.0;
+        // A node under the centre counts on neither side.
+        let width = self.x.last().map_or(0.0, |last| last - self.x[0]);
+        let side = |k: usize| x(k) > 1e-9 * width;
+        let closed = |k: &usize| self.status[*k] != ContactStatus::Open && side(*k);
         let mut closed: Vec<usize> = (0..self.x.len()).filter(closed).collect();
         closed.sort_by(|one, other| x(*one).total_cmp(&x(*other)));
         let inside = &closed[..closed.len().saturating_sub(1)];

@@ -7,13 +7,14 @@ use crate::bodies::positions::Positions;
 use crate::contact::bond::{Bond, find_bond};
 use crate::contact::detect::Slot;
 use crate::contact::loss::Loss;
+use crate::step::state::GrainState;
 
 /// Moves contacts and bonds of disks that have passed to their next segments; slots and bonds are sorted by (a, b). Returns the losses of torn bonds
 /// with their pairs.
 pub fn hand_over(
     slots: &mut [Slot],
     bonds: &mut Vec<Bond>,
-    positions: &Positions,
+    (positions, state): (&Positions, &GrainState),
 ) -> Vec<([u32; 2], Loss)> {
     let bodies = positions.bodies;
     let (mut torn, mut moved) = (Vec::new(), Vec::new());
@@ -50,7 +51,8 @@ pub fn hand_over(
                     moved.push((bond, next as u32));
                 }
                 None => {
-                    let loss = bonds[bond].tear(bodies.law_of(a, start), &mut slots[index]);
+                    let loss = bonds[bond]
+                        .tear(&state.law_of(bodies, [slot.a, slot.b]), &mut slots[index]);
                     torn.push(([slot.a, slot.b], loss));
                 }
             }

@@ -112,6 +112,9 @@ impl Stepper {
     /// Free velocities and contacts.
     pub fn assemble(&mut self, state: &mut GrainState, input: &StepInput, parallel: bool) {
         let bodies = input.bodies;
+        if bodies.softens() {
+            state.heat.feel();
+        }
         self.problem.friction = bodies.law.friction;
         self.problem.frictions.clear();
         let frictions = bodies.pairs.laws().iter().map(|law| law.friction);
@@ -136,7 +139,7 @@ impl Stepper {
         list.refresh(&positions, travel, bonds.iter().map(Bond::pair));
         self.torn.clear();
         if bodies.has_joints() {
-            self.torn = hand_over(&mut list.slots, &mut bonds, &positions);
+            self.torn = hand_over(&mut list.slots, &mut bonds, (&positions, state));
             let missing = |grain| state.feed.missing(grain);
             share_springs(&mut list.slots, &bonds, &positions, missing);
         }

@@ -71,6 +71,8 @@ pub struct Heat {
     pub beside: Vec<f64>,
     /// Heat that each of these points has taken since it was last asked for (J).
     pub given: Vec<f64>,
+    /// Rises of grains and of the boundary's points that the contacts of the last step had, where temperature changes laws.
+    felt: [Vec<f64>; 2],
 }
 
 /// A body that takes heat: its number, and where it is a part of the boundary its two points there, with their shares.
@@ -260,12 +262,13 @@ impl Heat {
 
     /// Rise of a body beside the grains (K), if heat passes into it.
     pub(super) fn beside(&self, law: &HeatLaw, of: HeatTaker) -> Option<f64> {
-        let mean = |points: [(usize, f64); 2]| {
-            let parts = points.map(|(point, share)| share * self.beside[point]);
-            parts[0] + parts[1]
-        };
-        let group = law.group(of.body)?;
-        of.points.map(mean).or_else(|| law.held(group))
+        beside_of(law, &self.beside, of)
+    }
+
+    /// Keeps the temperatures of a step's start for its contacts, where they change laws.
+    pub(super) fn feel(&mut self) {
+        self.felt[0].clone_from(&self.rises);
+        self.felt[1].clone_from(&self.beside);
     }
 
     /// The law of a pair that is in contact: at the mean of the temperatures of two bodies that take heat, or at the temperature of one.
@@ -276,9 +279,10 @@ impl Heat {
         place: ([f64; 2], &[[f64; 2]]),
     ) -> Option<Law> {
         let law = bodies.heat.as_ref().filter(|law| law.softening.is_some())?;
+        let [rises, beside] = &self.felt;
         let rise = |body: usize| match law.group(body) {
-            None => Some(self.rises[body]),
-            Some(_) => self.beside(law, self.taker(bodies, body, place)),
+            None => Some(rises.get(body).copied().unwrap_or(0.0)),
+            Some(_) => beside_of(law, beside, self.taker(bodies, body, place)),
         };
         let mean = match pair.map(rise) {
             [Some(a), Some(b)] => 0.5 * (a + b),
@@ -330,6 +334,15 @@ impl Heat {
             }
         }
     }
+}
+
+fn beside_of(law: &HeatLaw, rises: &[f64], of: HeatTaker) -> Option<f64> {
+    let mean = |points: [(usize, f64); 2]| {
+        let parts = points.map(|(point, share)| share * rises[point]);
+        parts[0] + parts[1]
+    };
+    let group = law.group(of.body)?;
+    of.points.map(mean).or_else(|| law.held(group))
 }
 
 impl Bodies {
