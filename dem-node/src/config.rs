@@ -247,9 +247,10 @@ impl DemConfig {
             let lateral = self.flow.is_some_and(|flow| flow.lateral.is_some());
             let fed = self.injection.is_some() || self.detachment.is_some();
             heat.validate(fed || lateral, &self.groups())?;
-            let mut softening = heat.softening.iter();
-            let surface = self.sample.surface().and_then(|keys| keys.friction);
-            softening.try_for_each(|softening| softening.validate(&self.law, surface))?;
+            if let Some(softening) = &heat.softening {
+                let surface = self.sample.surface().and_then(|keys| keys.friction);
+                softening.validate(&self.law, surface)?;
+            }
         }
         self.validate_drive()?;
         self.validate_together()?;

@@ -285,8 +285,8 @@ impl Stepper {
                         let bond = &state.bonds[bond.index as usize];
                         state.law_of(bodies, [bond.a, bond.b]).cohesion
                     });
-                    let law = own.as_ref().and_then(Option::as_ref).unwrap_or(law);
-                    let adhesion = bond.fall(law, velocity, contact.gap, h);
+                    let own = own.flatten();
+                    let adhesion = bond.fall(own.as_ref().unwrap_or(law), velocity, contact.gap, h);
                     if adhesion < bond.adhesion[1] {
                         softened.push(index as u32);
                     }

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::config::law::{LawConfig, LawKind};
 use dem_kernel::bodies::pairs::GRAINS;
 use dem_kernel::law::heat::{Conduction, HeatLaw, Softening};
 use kit::ConfigError;
@@ -10,6 +9,8 @@ use kit::keys::refuse_if;
 use kit::table::{LoadTable, check_table};
 use schemars::JsonSchema;
 use serde::Deserialize;
+
+use crate::config::law::{LawConfig, LawKind};
 
 /// `heat`: each grain has one temperature; what its contacts dissipate warms it, and heat passes through contacts that press.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -48,11 +49,11 @@ pub struct HeatConfig {
     #[serde(default = "one")]
     #[schemars(range(min = 1))]
     pub every_steps: u32,
-    /// What temperature changes in the laws of contacts; nothing when absent.
+    /// Dependence of the laws of contacts on temperature; none when absent.
     pub softening: Option<SofteningConfig>,
 }
 
-/// `heat.softening`: what temperature changes in `law`, `law.pairs` and the friction of the surface.
+/// `heat.softening`: dependence on temperature of `law`, `law.pairs` and the friction of the surface.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SofteningConfig {

@@ -10,7 +10,7 @@ use crate::measure::cycles::WheelCycles;
 use crate::measure::flow::Flow;
 use crate::measure::report::{RunStatistics, ejected_grains, inside_grains};
 use kit::cycle_drift::CYCLE_DRIFT;
-use kit::finding::{HEAT_BALANCE, HEAT_STEPS, NOT_CONVERGED, WHEEL_AT_REST};
+use kit::finding::{HEAT_BALANCE, HEAT_STEPS, NOT_CONVERGED, WHEEL_AT_REST, heat_coarseness};
 use kit::judge;
 use kit::wheel::WheelProgram;
 
@@ -612,12 +612,7 @@ impl FinishedRun<'_> {
         };
         let heat = &self.state.heat;
         let balance = heat.balance_rel(self.bodies, &self.state.ledger);
-        let counted = law.every > 1 && heat.conductions > 0;
-        let steps = if counted {
-            1.0 / heat.conductions as f64
-        } else {
-            0.0
-        };
+        let steps = heat_coarseness(u64::from(law.every), heat.conductions);
         let (peak, [x, y, t]) = (law.start + heat.peak, heat.peak_at);
         [
             judge!(self.bounds => HEAT_BALANCE, balance;

@@ -377,16 +377,15 @@ fn strength(
 ) -> Option<[f64; 2]> {
     let solid_fraction = Some(sample.solid_fraction).filter(|known| *known > 0.0)?;
     let cold = bonded_strength(bodies, &state.bonds, solid_fraction, thickness_m)?;
-    let (softening, law) = (bodies.softens(), bodies.law.cohesion?);
-    let shares = state.bonds.iter().filter(|_| softening).map(|bond| {
+    if !bodies.softens() {
+        return Some(cold);
+    }
+    let law = bodies.law.cohesion?;
+    let shares = state.bonds.iter().map(|bond| {
         let warm = state.law_of(bodies, [bond.a, bond.b]).cohesion;
         warm.map_or(1.0, |warm| (warm.energy / law.energy).sqrt())
     });
-    let share = if softening {
-        shares.sum::<f64>() / state.bonds.len() as f64
-    } else {
-        1.0
-    };
+    let share = shares.sum::<f64>() / state.bonds.len() as f64;
     Some(cold.map(|strength| share * strength))
 }
 

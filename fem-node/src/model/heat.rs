@@ -3,6 +3,7 @@
 use fem_kernel::heat::{ColumnFactors, HeatBody, HeatField, HeatNumbers};
 use fem_kernel::mesh::Mesh;
 use kit::ConfigError;
+use kit::finding::heat_coarseness;
 use kit::keys::refuse_if;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
@@ -178,12 +179,7 @@ impl BodyHeat {
 
     /// One over the number of steps of heat; 0 where each own step is one.
     pub(crate) fn coarseness(&self, state: &HeatState) -> f64 {
-        let counts = self.every > 1 && state.count > 0;
-        if counts {
-            1.0 / state.count as f64
-        } else {
-            0.0
-        }
+        heat_coarseness(self.every, state.count)
     }
 
     /// Takes heat (J) at these nodes of the upper edge, and returns their temperatures (K).

@@ -139,6 +139,15 @@ findings! {
     WHEEL_AT_REST = "wheel_at_rest": wheel_force_rel in dem fem = [0.05, 0.2];
 }
 
+/// The value that [`HEAT_STEPS`] judges, for `steps` of heat of `every` own steps; 0 where each own step is one.
+pub fn heat_coarseness(every: u64, steps: u64) -> f64 {
+    if every > 1 && steps > 0 {
+        1.0 / steps as f64
+    } else {
+        0.0
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -35,11 +35,11 @@ pub struct HeatLaw {
     pub group_of: Vec<Option<u32>>,
     /// Steps from one conduction to the next.
     pub every: u32,
-    /// What temperature changes in the laws of contacts.
+    /// Dependence of the laws of contacts on temperature.
     pub softening: Option<Softening>,
 }
 
-/// What temperature changes in the laws of contacts: factors on their constants over temperature (K), 1 without entries.
+/// Dependence of the laws of contacts on temperature: factors on their constants over temperature (K), 1 without entries.
 #[derive(Clone, Debug, Default)]
 pub struct Softening {
     /// On the coefficients of friction.
@@ -52,11 +52,14 @@ pub struct Softening {
 
 impl Softening {
     /// A law at a temperature (K), its constants being the law's at the `start` (K).
-    fn at(&self, law: &Law, [temperature, start]: [f64; 2]) -> Law {
+    pub(crate) fn at(&self, law: &Law, [temperature, start]: [f64; 2]) -> Law {
         let mut law = *law;
-        let factor = |table: &LoadTable| match table.is_empty() {
-            true => 1.0,
-            false => load_at(table, temperature),
+        let factor = |table: &LoadTable| {
+            if table.is_empty() {
+                1.0
+            } else {
+                load_at(table, temperature)
+            }
         };
         law.friction *= factor(&self.friction);
         if let Some(cohesion) = &mut law.cohesion {
@@ -79,12 +82,6 @@ impl HeatLaw {
     pub fn held_by_name(&self, name: &str) -> Option<f64> {
         let group = self.groups.iter().find(|(known, _)| known == name);
         group.and_then(|(_, held)| *held)
-    }
-
-    /// A law of contacts where the temperature has risen so far since the start (K), if temperature changes laws.
-    pub fn softened(&self, law: &Law, rise: f64) -> Option<Law> {
-        let softening = self.softening.as_ref();
-        softening.map(|softening| softening.at(law, [self.start + rise, self.start]))
     }
 
     /// Temperature of a group less the grains' at the start (K), if heat passes into it.

@@ -259,7 +259,9 @@ impl SweepList {
         self.diagonals.clear();
         self.bonds.clear();
         self.frictions.clear();
-        let (first, warm) = (self.first as u32, !problem.softening.is_empty());
+        // Bonds have coefficients of their own.
+        let warm = !bonded && !problem.softening.is_empty();
+        let first = self.first as u32;
         for members in &self.members {
             let (mut group, diagonal) = Group::new(contacts, members, first);
             if bonded {

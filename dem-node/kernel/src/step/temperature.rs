@@ -278,7 +278,8 @@ impl Heat {
         pair: [usize; 2],
         place: ([f64; 2], &[[f64; 2]]),
     ) -> Option<Law> {
-        let law = bodies.heat.as_ref().filter(|law| law.softening.is_some())?;
+        let law = bodies.heat.as_ref()?;
+        let softening = law.softening.as_ref()?;
         let [rises, beside] = &self.felt;
         let rise = |body: usize| match law.group(body) {
             None => Some(rises.get(body).copied().unwrap_or(0.0)),
@@ -288,7 +289,8 @@ impl Heat {
             [Some(a), Some(b)] => 0.5 * (a + b),
             [a, b] => a.or(b).unwrap_or(0.0),
         };
-        law.softened(bodies.law_of(pair[0], pair[1]), mean)
+        let cold = bodies.law_of(pair[0], pair[1]);
+        Some(softening.at(cold, [law.start + mean, law.start]))
     }
 
     /// True for a grain, and for a body into which heat passes.
