@@ -8,6 +8,7 @@
 //! - [`schema`]: the keys of a configuration as a JSON Schema;
 //! - [`ranges`]: the configuration of a participant, read and checked against the ranges of its schema;
 //! - [`table`]: loads over time;
+//! - [`heat`]: capacities over temperature, and half-spaces;
 //! - [`wheel`]: load and sideways motion of a wheel over time;
 //! - [`rolling`]: its rolling along the rail in place of the sideways motion;
 //! - [`rolled`]: the results of the way that it has rolled;
@@ -26,6 +27,7 @@ pub mod bounds;
 pub mod boxes;
 pub mod cycle_drift;
 pub mod finding;
+pub mod heat;
 pub mod input_file;
 pub mod kept;
 pub mod keys;
