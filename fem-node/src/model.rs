@@ -20,6 +20,7 @@ use std::collections::BTreeMap;
 
 use fem_kernel::element::body::{Body, ElementKind};
 use fem_kernel::integrate::dissipation::Mechanisms;
+use fem_kernel::integrate::state::NodalState;
 use fem_kernel::material::Elastic;
 use fem_kernel::material::j2::J2;
 use fem_kernel::material::nonlinear::NonlinearLaw;
@@ -257,6 +258,16 @@ impl Model {
         }
     }
 
+    /// Gives the elements of a state the yield stresses of these temperatures, where they depend on them.
+    pub(crate) fn soften(&self, state: &heat::HeatState, body: &mut NodalState) {
+        if let Some(heat) =
+            (self.heat.as_ref()).filter(|_| self.plastic().is_some_and(|j2| j2.softens))
+        {
+            let factor = |element| heat.yield_factor(state, element).unwrap_or(1.0);
+            self.body.soften(&mut body.history, factor);
+        }
+    }
+
     /// Temperatures of all nodes (K).
     pub(crate) fn temperatures(&self, state: &heat::HeatState) -> Vec<f64> {
         let heat = self.heat.iter();
@@ -393,13 +404,14 @@ fn elastic(config: &FemConfig) -> Elastic {
 
 /// The law, unless it is linear elasticity in small strain.
 fn law(config: &FemConfig, elastic: &Elastic) -> Option<NonlinearLaw> {
-    let material = &config.material;
+    let (material, softening) = (&config.material, config.heat.as_ref());
     match (material.law(), config.kinematics) {
         (MaterialKind::J2, _) => Some(NonlinearLaw::Plastic(J2 {
             mu: elastic.c33,
             yield_stress: material.yield_pa?,
             isotropic: material.hardening_pa.unwrap_or(0.0),
             kinematic: material.kinematic_hardening_pa.unwrap_or(0.0),
+            softens: softening.is_some_and(|heat| !heat.softening.yield_stress.is_empty()),
         })),
         (MaterialKind::Elastic, Kinematics::Corotational) => Some(NonlinearLaw::Corotational),
         (MaterialKind::Elastic, Kinematics::Small) => None,

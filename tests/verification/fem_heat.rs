@@ -348,6 +348,153 @@ fn plastic_flow_warms_the_body() {
     assert!(of("surface_temperature_peak_k") > 300.0);
 }
 
+/// k and rho c grow alike, kappa stays: the Kirchhoff transform int f dT, f = 1 + dT/200, is the linear field under the same flux.
+#[test]
+fn a_half_space_whose_properties_grow_has_the_transform_of_the_linear_one() {
+    let mesh = strip([2, 8], [1e-4, 2e-4]);
+    let flux = [(Edge::Top, EdgeCondition::Flux(1e8))];
+    let table = vec![[300.0, 1.0], [700.0, 3.0]];
+    let body = HeatBody::new(&mesh, numbers(3e-6), &flux).over_temperature(300.0, [&table; 2]);
+    let mut field = body.at_start();
+    march(&body, &mut field, 1000, 1e-6);
+    let transform = 2e8 * (1e-3 / PI).sqrt() / (K * RHO_C).sqrt();
+    let exact = 200.0 * ((1.0 + transform / 100.0).sqrt() - 1.0);
+    let found = body.rise(&field, [1, 0]);
+    assert!((found / exact - 1.0).abs() < 3e-3, "{found} for {exact}");
+    let given = 1e8 * 1e-3 * 2e-4 * T;
+    assert!((body.stored(&field) - given).abs() < 1e-12 * given);
+    assert!((field.conducted[0] + given).abs() < 1e-12 * given);
+}
+
+/// Between two held edges k = k0 (1 + dT/100): the transform is linear, dT (1 + dT/200) = 30 y/L at 20 K. Heat through the edges is conserved.
+#[test]
+fn a_slab_whose_conductivity_grows_is_steady_with_the_transform() {
+    let held = [
+        (Edge::Top, EdgeCondition::Held(20.0)),
+        (Edge::Bottom, EdgeCondition::Held(0.0)),
+    ];
+    let tables = [vec![[300.0, 1.0], [500.0, 3.0]], Vec::new()];
+    let body = HeatBody::new(&strip([2, 16], [1e-4, 1e-4]), numbers(1e-4), &held)
+        .over_temperature(300.0, [&tables[0], &tables[1]]);
+    let mut field = body.at_start();
+    march(&body, &mut field, 8000, 1e-4);
+    for row in 0..=16 {
+        let transform = 22.0 * (1.0 - f64::from(row) / 16.0);
+        let exact = 100.0 * ((1.0 + transform / 50.0).sqrt() - 1.0);
+        let found = body.rise(&field, [1, row as usize]);
+        assert!((found - exact).abs() < 1e-9, "{row}: {found} for {exact}");
+    }
+    let all: f64 = field.conducted.iter().sum();
+    assert!((body.stored(&field) + all).abs() < 1e-9 * all.abs());
+}
+
+/// A wheel of half of the body's b touches it: warmer by 90 K without a source, the common surface is 30 K above the body (b1 T1 + b2 T2)/(b1 + b2);
+/// as warm, with heat between the two, it takes a third of it.
+#[test]
+fn a_body_and_a_wheel_meet_at_the_temperature_of_their_effusivities() {
+    let mesh = strip([2, 10], [1e-4, 2e-4]);
+    let b = (K * RHO_C).sqrt();
+    for (rise, source) in [(90.0, 0.0), (0.0, 1e8)] {
+        let body =
+            HeatBody::new(&mesh, numbers(1e-6), &[]).under_wheel((&mesh, T), [0.5 * b, rise]);
+        let mut field = body.at_start();
+        let mut factors = ColumnFactors::default();
+        field.meet([true, false, true].into_iter());
+        field.meet([true; 3].into_iter());
+        let areas = [0.5e-4, 1e-4, 0.5e-4].map(|length| length * T);
+        for _ in 0..2000 {
+            for (heat, area) in field.upper.iter_mut().zip(areas) {
+                *heat += source * area * 5e-7;
+            }
+            body.advance(&mut field, &mut factors, 5e-7);
+        }
+        let given = source * 2e-4 * T * 1e-3;
+        let into_wheel = field.conducted[0];
+        let left = body.stored(&field) + into_wheel - given;
+        assert!(left.abs() < 1e-12 * into_wheel.abs(), "{left}");
+        if source == 0.0 {
+            let surface = body.rise(&field, [1, 0]);
+            assert!((surface / 30.0 - 1.0).abs() < 0.01, "{surface}");
+        } else {
+            let share = into_wheel / given;
+            assert!((3.0 * share - 1.0).abs() < 0.01, "{share}");
+        }
+        // It parts, and meets a fresh point of the wheel.
+        field.meet([false; 3].into_iter());
+        body.advance(&mut field, &mut factors, 5e-7);
+        assert_eq!(field.conducted[0], into_wheel);
+    }
+}
+
+fn half_space(effusivity: f64) -> Value {
+    json!({"effusivity_w_s05_per_m2_k": effusivity, "start_k": 300.0})
+}
+
+/// A wheel of the rail's own material rolls over it with slip: each of its points gets what the rail's gets.
+#[test]
+fn a_wheel_of_half_spaces_takes_its_share_of_the_slip() {
+    for (of_b, share) in [(1.0, 0.5), (3.0, 0.75)] {
+        let wheel = half_space(of_b * (K * RHO_C).sqrt());
+        let keys = json!({"heat": {"wheel_half_space": wheel, "finest_m": 1e-6}});
+        let mut node = in_equilibrium(keys);
+        let end = node.describe().end_s.expect("it ends") as u32;
+        node.advance_alone(&window(0, end)).expect("it converges");
+        let of = results(&mut node);
+        let found = of("heat_to_own_wheel_j") / of("heat_friction_j");
+        assert!((found / share - 1.0).abs() < 0.02, "{found} for {share}");
+        assert!(of("heat_balance_rel") < 1e-12);
+    }
+}
+
+/// A block that yields under tension at 600 K, where its table has 0.75, has the bits of one with 0.75 of the yield stress.
+#[test]
+fn a_warm_block_yields_as_one_of_its_warm_yield_stress() {
+    for element in ["q4_1point", "q4_2x2", "q4_bbar"] {
+        let moved = |yield_pa: f64, heat: Value| {
+            let keys = json!({
+                "element": element, "material": {"yield_pa": yield_pa, "hardening_pa": 1e9},
+                "boundary": {"top": {"displacement_m": ["free", 5e-6], "ramp_s": 1e-5}}, "heat": heat,
+            });
+            let mut body = node(&with(strip_of(1e-3, 1e-3, 1e-4), keys));
+            let mut lost = 0.0;
+            for index in 0..20 {
+                let report = body
+                    .advance_alone(&window(index, 10))
+                    .expect("it is stable");
+                lost = reported(&body, &report, "plastic");
+            }
+            (lost, body.state().u.to_vec())
+        };
+        let warm = json!({"conductivity_w_per_m_k": K, "capacity_j_per_kg_k": 1e30, "start_k": 600.0, "every_steps": 7,
+                          "softening": {"yield_stress": [[500.0, 1.0], [700.0, 0.5]]}});
+        let found = moved(1e8, warm);
+        assert!(found.0 > 0.0);
+        assert_eq!(found, moved(0.75e8, Value::Null));
+    }
+}
+
+/// Flow warms a block and lowers its yield stress, Y (1 - s dT): in uniaxial strain e, far beyond yielding, the flow is 2/3 de, and all its work
+/// becomes heat, so that dT = (1 - exp(-2 Y s e/(3 rho c)))/s.
+#[test]
+fn flow_that_warms_softens_by_an_exponential() {
+    let (stress, slope) = (1e8_f64, 1e-3);
+    let keys = json!({
+        "element": "q4_bbar", "material": {"yield_pa": stress, "young_pa": 1e13}, "time": {"step_s": 5e-9},
+        "boundary": {"top": {"displacement_m": ["free", 5e-5], "ramp_s": 1e-5}},
+        "heat": {"conductivity_w_per_m_k": 1e-3, "capacity_j_per_kg_k": 4.0, "start_k": 300.0, "every_steps": 1,
+                 "sources": {"plastic": 1.0}, "softening": {"yield_stress": [[300.0, 1.0], [1200.0, 0.1]]}},
+    });
+    let mut body = node(&with(strip_of(1e-3, 1e-3, 5e-4), keys));
+    for index in 0..20 {
+        let window = window(index, 100);
+        body.advance_alone(&window).expect("it is stable");
+    }
+    let of = results(&mut body);
+    let exact = (1.0 - (-2.0 * stress * slope * 0.05 / (3.0 * 7800.0 * 4.0)).exp()) / slope;
+    let found = of("surface_temperature_peak_k") - 300.0;
+    assert!((found / exact - 1.0).abs() < 0.02, "{found} for {exact}");
+}
+
 #[test]
 fn a_resume_between_two_steps_of_heat_changes_no_bit() {
     let config = with(
@@ -390,7 +537,7 @@ fn heat_without_a_mesh_a_time_or_a_way_is_refused() {
             "heat",
         ),
         (
-            with(json!({"heat": {"wheel_share": 0.5}}), wheelless),
+            with(json!({"heat": {"wheel_share": 0.5}}), wheelless.clone()),
             "heat.wheel_share",
         ),
         (
@@ -400,6 +547,29 @@ fn heat_without_a_mesh_a_time_or_a_way_is_refused() {
         (
             json!({"analysis": "static", "wheel": {"rolling": null}}),
             "heat",
+        ),
+        (
+            json!({"heat": {"softening": {"yield_stress": [[300.0, 1.0]]}}}),
+            "heat.softening.yield_stress",
+        ),
+        (
+            json!({"heat": {"capacity_factor": [[300.0, 0.0]]}}),
+            "heat.capacity_factor",
+        ),
+        (
+            json!({"heat": {"conductivity_factor": [[300.0, 1.0], [200.0, 1.0]]}}),
+            "heat.conductivity_factor",
+        ),
+        (
+            with(
+                json!({"heat": {"wheel_half_space": half_space(1e4)}}),
+                wheelless.clone(),
+            ),
+            "heat.wheel_half_space",
+        ),
+        (
+            json!({"heat": {"wheel_half_space": half_space(1e4), "wheel_share": 0.5}}),
+            "heat.wheel_share",
         ),
     ] {
         let config = with(rail(), change.clone());

@@ -10,6 +10,8 @@
 //! Finite volumes around the vertices (Patankar 1980, ch. 4): with H = k t w/d between two of them, no temperature leaves the range of its neighbours,
 //! of the edges and of the start. Steps are implicit along the columns, so that the thinnest layer sets no limit.
 
+use kit::heat::{CapacityTable, FluxMemory};
+use kit::table::{LoadTable, load_at};
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
@@ -66,9 +68,26 @@ pub struct HeatBody {
     fluxes: Vec<(usize, usize, f64)>,
     /// Vertex, number of the edge, conductance (W/K), temperature beside it.
     films: Vec<(usize, usize, f64, f64)>,
+    /// Conditions, and one more for the wheel.
     edges: usize,
     /// Longest step without overshoot across the columns (s).
     limit: f64,
+    /// Factors on k over the rise (K), and on rho c.
+    conductivity: LoadTable,
+    heats: CapacityTable,
+    wheel: Option<HeatWheel>,
+}
+
+/// A wheel of half-spaces, one for each vertex of the upper edge that it touches: a point of its surface that comes with the wheel's own temperature
+/// and stays with the vertex until they part, b (T_w - T_0) = int q/sqrt(pi (t - s)) ds.
+#[derive(Clone, Debug)]
+struct HeatWheel {
+    /// b = sqrt(k rho c) (W s^0.5/(m2 K)).
+    effusivity: f64,
+    /// Its temperature less the body's at the start (K).
+    rise: f64,
+    /// Areas of the vertices (m2).
+    areas: Vec<f64>,
 }
 
 /// The part of the heat that steps change.
@@ -76,11 +95,15 @@ pub struct HeatBody {
 pub struct HeatField {
     /// Rises of the temperatures since the start (K), row after row.
     pub rises: Vec<f64>,
+    /// Heat of each vertex over its constant capacity (K), where the capacity depends on temperature.
+    heats: Vec<f64>,
+    /// What the wheel remembers at the vertices of the upper edge that it touches.
+    wheel: Vec<Option<FluxMemory>>,
     /// Heat that waits for the next step, by vertices of the upper edge (J).
     pub upper: Vec<f64>,
     /// The same by elements, in the order of their dissipation; empty without a source there.
     pub inner: Vec<f64>,
-    /// Heat that has left through each edge with a condition (J).
+    /// Heat that has left through each edge with a condition, and into a wheel of half-spaces (J).
     pub conducted: Vec<f64>,
     /// Highest rise on the upper edge at the end of a step (K), its abscissa (m) and time (s).
     pub peak: [f64; 3],
@@ -88,6 +111,24 @@ pub struct HeatField {
     pub peak_fall: f64,
     /// Time since the start (s).
     pub time: f64,
+}
+
+impl HeatField {
+    /// The vertices of the upper edge that a wheel touches from now on: a vertex that it meets meets a fresh point of it.
+    pub fn meet(&mut self, touches: impl Iterator<Item = bool>) {
+        self.wheel.resize(self.upper.len(), None);
+        for (memory, touches) in self.wheel.iter_mut().zip(touches) {
+            *memory = touches.then(|| memory.take().unwrap_or_default());
+        }
+    }
+
+    /// Every number that changes a later one.
+    pub fn numbers(&self) -> impl Iterator<Item = &f64> {
+        let waiting = self.upper.iter().chain(&self.inner);
+        let wheel = self.wheel.iter().flatten().flat_map(FluxMemory::numbers);
+        let vertices = self.rises.iter().chain(&self.heats);
+        vertices.chain(waiting).chain(&self.conducted).chain(wheel)
+    }
 }
 
 /// Factors of the columns for steps of one length.
@@ -134,6 +175,9 @@ impl HeatBody {
             films: Vec::new(),
             edges: conditions.len(),
             limit: f64::INFINITY,
+            conductivity: Vec::new(),
+            heats: CapacityTable::default(),
+            wheel: None,
         };
         body.fill(mesh, numbers);
         for (edge, (place, condition)) in conditions.iter().enumerate() {
@@ -143,6 +187,37 @@ impl HeatBody {
         body.films.retain(|film| held[film.0].is_none());
         body.limit = body.longest();
         body
+    }
+
+    /// The same with factors on k and rho c over temperature (K), the start being at this one.
+    pub fn over_temperature(
+        mut self,
+        start: f64,
+        [conductivity, capacity]: [&LoadTable; 2],
+    ) -> HeatBody {
+        let highest = conductivity.iter().map(|[_, factor]| *factor);
+        let lowest = capacity.iter().map(|[_, factor]| *factor);
+        self.limit *= lowest.reduce(f64::min).unwrap_or(1.0);
+        self.limit /= highest.reduce(f64::max).unwrap_or(1.0);
+        self.conductivity = conductivity.iter().map(|[t, f]| [t - start, *f]).collect();
+        self.heats = CapacityTable::new(capacity, start);
+        self
+    }
+
+    /// The same under a wheel of half-spaces of this b (W s^0.5/(m2 K)), this much warmer than the body at the start (K).
+    pub fn under_wheel(
+        mut self,
+        (mesh, thickness): (&Mesh, f64),
+        [effusivity, rise]: [f64; 2],
+    ) -> HeatBody {
+        let lengths = mesh.surface(Edge::Top).1;
+        self.edges += 1;
+        self.wheel = Some(HeatWheel {
+            effusivity,
+            rise,
+            areas: lengths.iter().map(|length| length * thickness).collect(),
+        });
+        self
     }
 
     fn rows(&self) -> usize {
@@ -260,10 +335,13 @@ impl HeatBody {
         let mut conducted = vec![0.0; self.edges];
         for (held, capacity) in self.held.iter().zip(&self.capacity) {
             held.iter()
-                .for_each(|(edge, rise)| conducted[*edge] -= capacity * rise);
+                .for_each(|(edge, rise)| conducted[*edge] -= capacity * self.heats.heat(*rise));
         }
+        let rises: Vec<f64> = rises.collect();
+        let heats = rises.iter().map(|rise| self.heats.heat(*rise));
         HeatField {
-            rises: rises.collect(),
+            heats: heats.filter(|_| !self.heats.is_constant()).collect(),
+            rises,
             upper: vec![0.0; self.columns],
             conducted,
             ..HeatField::default()
@@ -272,8 +350,10 @@ impl HeatBody {
 
     /// Heat that the body has gained since the start (J); held edges have theirs from the start on.
     pub fn stored(&self, field: &HeatField) -> f64 {
-        let all = self.capacity.iter().zip(&field.rises);
-        all.map(|(capacity, rise)| capacity * rise).sum()
+        let constant = self.heats.is_constant();
+        let heats = if constant { &field.rises } else { &field.heats };
+        let all = self.capacity.iter().zip(heats);
+        all.map(|(capacity, heat)| capacity * heat).sum()
     }
 
     /// Largest difference of temperature between a held vertex and a free one beside it, over the largest rise.
@@ -298,6 +378,23 @@ impl HeatBody {
         field.rises[self.firsts[row] * self.columns + column % self.columns]
     }
 
+    /// Mean rise of element (column, row) of the mesh (K).
+    pub fn mean_rise(&self, field: &HeatField, [column, row]: [usize; 2]) -> f64 {
+        let next = if column + 1 < self.columns {
+            column + 1
+        } else {
+            0
+        };
+        let at = |row: usize| {
+            let rises = &field.rises[row * self.columns..];
+            0.5 * (rises[column] + rises[next])
+        };
+        let layers = self.firsts[row]..self.firsts[row + 1];
+        layers
+            .map(|layer| self.shares[layer] * 0.5 * (at(layer) + at(layer + 1)))
+            .sum()
+    }
+
     /// Rises of the upper edge (K), node by node.
     pub fn upper<'a>(&self, field: &'a HeatField) -> &'a [f64] {
         &field.rises[..self.columns]
@@ -307,7 +404,8 @@ impl HeatBody {
     pub fn advance(&self, field: &mut HeatField, factors: &mut ColumnFactors, time: f64) {
         let parts = (time / self.limit).ceil().max(1.0);
         let step = time / parts;
-        if factors.step != step {
+        let changes = self.changes();
+        if !changes && factors.step != step {
             *factors = self.factors(step);
         }
         let mut added = vec![0.0; self.capacity.len()];
@@ -316,7 +414,64 @@ impl HeatBody {
         self.spread(&mut field.inner, &mut added);
         added.iter_mut().for_each(|heat| *heat /= parts);
         for _ in 0..parts as u64 {
-            self.step(field, factors, &added);
+            if changes {
+                self.changing_step(field, step, &added);
+            } else {
+                self.step(field, factors, &added);
+            }
+            field.time += step;
+            self.see_peak(field);
+        }
+    }
+
+    /// True where a step has other factors than the one before.
+    fn changes(&self) -> bool {
+        !self.conductivity.is_empty() || !self.heats.is_constant() || self.wheel.is_some()
+    }
+
+    /// A step with k and rho c at the temperatures of its start, and with the wheel. A vertex keeps the heat that it gets, and has the temperature of
+    /// its heat.
+    fn changing_step(&self, field: &mut HeatField, step: f64, added: &[f64]) {
+        let (columns, mut now, before) = (self.columns, self.clone(), field.rises.clone());
+        let factor = |a: usize, b: usize| match &self.conductivity[..] {
+            [] => 1.0,
+            table => load_at(table, 0.5 * (before[a] + before[b])),
+        };
+        for (vertex, capacity) in now.capacity.iter_mut().enumerate() {
+            *capacity *= self.heats.factor(before[vertex]);
+            let below = (vertex + columns).min(before.len() - 1);
+            now.down[vertex] *= factor(vertex, below);
+            let last = vertex % columns + 1 == columns;
+            let next = if last {
+                vertex + 1 - columns
+            } else {
+                vertex + 1
+            };
+            now.right[vertex] *= factor(vertex, next);
+        }
+        let wheel = self.wheel.as_ref();
+        for (vertex, memory) in field.wheel.iter().enumerate() {
+            if let (Some(wheel), Some(memory)) = (wheel, memory) {
+                let [alone, slope] = memory.ahead(step).map(|rise| rise / wheel.effusivity);
+                let film = wheel.areas[vertex] / slope;
+                now.films
+                    .push((vertex, self.edges - 1, film, wheel.rise + alone));
+            }
+        }
+        now.step(field, &now.factors(step), added);
+        for (vertex, _, film, beside) in &now.films[self.films.len()..] {
+            let (rise, areas) = (field.rises[*vertex], wheel.map(|wheel| &wheel.areas));
+            let memory = field.wheel[*vertex].as_mut();
+            if let Some((memory, areas)) = memory.zip(areas) {
+                memory.take(film * (rise - beside) / areas[*vertex], step);
+            }
+        }
+        for (vertex, heat) in field.heats.iter_mut().enumerate() {
+            let gained = now.capacity[vertex] * (field.rises[vertex] - before[vertex]);
+            *heat += gained / self.capacity[vertex];
+            if self.held[vertex].is_none() {
+                field.rises[vertex] = self.heats.rise(*heat);
+            }
         }
     }
 
@@ -419,8 +574,6 @@ impl HeatBody {
             field.conducted[*edge] += step * conductance * (rises[*vertex] - beside);
         }
         self.along_columns(field, step);
-        field.time += step;
-        self.see_peak(field);
     }
 
     /// Books the heat that passes along columns into held vertices.

@@ -327,6 +327,25 @@ impl FemConfig {
                 "remove it",
             ),
             (
+                self.wheel.is_none() && heat.wheel_half_space.is_some(),
+                "heat.wheel_half_space",
+                "has no effect without a wheel of the body's own",
+                "remove it",
+            ),
+            (
+                heat.wheel_share != 0.0 && heat.wheel_half_space.is_some(),
+                "heat.wheel_share",
+                "is given, and follows from heat.wheel_half_space",
+                "remove one of the two",
+            ),
+            (
+                self.material.law() == MaterialKind::Elastic
+                    && !heat.softening.yield_stress.is_empty(),
+                "heat.softening.yield_stress",
+                "has no effect on an elastic material",
+                "give material.yield_pa, or remove the key",
+            ),
+            (
                 self.mesh.periodic_x() && ends.contains(&true),
                 "heat.edges",
                 "names an end of a body that repeats along x and has none",
@@ -336,6 +355,7 @@ impl FemConfig {
         refusals
             .into_iter()
             .try_for_each(|(holds, key, why, help)| refuse_if(holds, key, why, help))?;
+        heat.check_tables()?;
         heat.conditions().map(|_| ())
     }
 

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use fem_kernel::heat::EdgeCondition;
 use fem_kernel::mesh::Edge;
 use kit::ConfigError;
+use kit::heat::check_factors;
+use kit::table::LoadTable;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -35,9 +37,43 @@ pub struct HeatConfig {
     #[serde(default)]
     #[schemars(range(min = 0.0, max = 1.0))]
     pub wheel_share: f64,
+    /// The wheel as half-spaces, in place of `wheel_share`: each node that it touches meets a point of its surface that stays with the node until
+    /// they part. This holds for wheels that roll, and for strokes far shorter than the contact.
+    pub wheel_half_space: Option<HalfSpaceConfig>,
+    /// Factors on the conductivity over temperature, `[[kelvins, factor], ...]`: linear between entries and constant beyond; 1 when absent.
+    #[serde(default)]
+    pub conductivity_factor: LoadTable,
+    /// Factors on the heat capacity, as of `conductivity_factor`.
+    #[serde(default)]
+    pub capacity_factor: LoadTable,
+    /// Dependence of the material on temperature; none when absent.
+    #[serde(default)]
+    pub softening: SofteningConfig,
     /// Conditions on `top`, `bottom`, `left` and `right`; an edge without one is insulated.
     #[serde(default)]
     pub edges: BTreeMap<String, HeatEdge>,
+}
+
+/// A half-space beside a body.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HalfSpaceConfig {
+    /// Effusivity b = sqrt(k rho c) (W s^0.5/(m2 K)).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub effusivity_w_s05_per_m2_k: f64,
+    /// Temperature at the start (K).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub start_k: f64,
+}
+
+/// `heat.softening`: dependence of the material on temperature.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SofteningConfig {
+    /// Factors on `yield_pa` over temperature, `[[kelvins, factor], ...]`: linear between entries and constant beyond, at the mean temperature of an
+    /// element.
+    #[serde(default)]
+    pub yield_stress: LoadTable,
 }
 
 /// `heat.sources`: shares of the losses that become heat.
@@ -70,6 +106,18 @@ pub struct HeatEdge {
 }
 
 impl HeatConfig {
+    /// Refuses wrong tables over temperature.
+    pub(super) fn check_tables(&self) -> Result<(), ConfigError> {
+        let tables = [
+            ("heat.conductivity_factor", &self.conductivity_factor),
+            ("heat.capacity_factor", &self.capacity_factor),
+            ("heat.softening.yield_stress", &self.softening.yield_stress),
+        ];
+        tables
+            .into_iter()
+            .try_for_each(|(key, table)| check_factors(key, table, true))
+    }
+
     /// The edges with their conditions, temperatures as rises above the start.
     ///
     /// # Errors

@@ -279,9 +279,12 @@ impl WindowRun {
             run.yield_to(heat, &self.fields.dissipated.plastic);
         }
         if passes {
-            let wheel = self.wheel.as_ref();
-            let slid = wheel.map_or(&[][..], |wheel| &wheel.state.slid);
-            run.advance(heat, slid, heat.every as f64 * model.scheme.step);
+            let time = heat.every as f64 * model.scheme.step;
+            match &self.wheel {
+                Some(wheel) => run.advance(heat, wheel.state.rubbed(), time),
+                None => run.advance(heat, (&[], std::iter::empty()), time),
+            }
+            model.soften(&run.state, &mut self.fields.state);
         }
     }
 

@@ -5,6 +5,7 @@ use fem_kernel::mesh::Mesh;
 use kit::ConfigError;
 use kit::finding::heat_coarseness;
 use kit::keys::refuse_if;
+use kit::table::{LoadTable, load_at};
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +46,8 @@ pub(crate) struct BodyHeat {
     sources: [f64; 2],
     /// Share of the heat by friction that the wheel takes.
     wheel_share: f64,
+    /// Factor on the yield stress over temperature.
+    yields: LoadTable,
     edges: Vec<String>,
 }
 
@@ -108,8 +111,17 @@ impl BodyHeat {
             thickness,
             finest: heat.finest_m.unwrap_or(first / LAYERS),
         };
+        let mut body = HeatBody::new(mesh, numbers, &heat.conditions()?).over_temperature(
+            heat.start_k,
+            [&heat.conductivity_factor, &heat.capacity_factor],
+        );
+        if let Some(wheel) = &heat.wheel_half_space {
+            let rise = wheel.start_k - heat.start_k;
+            let wheel = [wheel.effusivity_w_s05_per_m2_k, rise];
+            body = body.under_wheel((mesh, thickness), wheel);
+        }
         Ok(Some(BodyHeat {
-            body: HeatBody::new(mesh, numbers, &heat.conditions()?),
+            body,
             start: heat.start_k,
             every: heat.every_steps.map_or_else(
                 || {
@@ -124,6 +136,7 @@ impl BodyHeat {
                 heat.sources.plastic.unwrap_or(PLASTIC),
             ],
             wheel_share: heat.wheel_share,
+            yields: heat.softening.yield_stress.clone(),
             edges: heat.edges.keys().cloned().collect(),
         }))
     }
@@ -216,6 +229,12 @@ impl BodyHeat {
         now
     }
 
+    /// The factor on the yield stress of an element (column, row), where temperature changes it.
+    pub(crate) fn yield_factor(&self, state: &HeatState, element: [usize; 2]) -> Option<f64> {
+        let kelvins = || self.start + self.body.mean_rise(&state.field, element);
+        (!self.yields.is_empty()).then(|| load_at(&self.yields, kelvins()))
+    }
+
     /// At the start.
     pub(crate) fn at_start(&self) -> HeatState {
         HeatState {
@@ -235,13 +254,14 @@ impl BodyHeat {
     pub(crate) fn results(&self, state: &HeatState, lost: [f64; 2]) -> Vec<(String, f64)> {
         let [rise, x, t] = state.field.peak;
         let [friction, plastic] = state.produced;
+        let into_wheel: f64 = state.field.conducted[self.edges.len()..].iter().sum();
         let named = [
             ("surface_temperature_peak_k", self.start + rise),
             ("surface_temperature_peak_s", t),
             ("surface_temperature_peak_x_m", x),
             ("heat_friction_j", friction),
             ("heat_plastic_j", plastic),
-            ("heat_to_own_wheel_j", state.to_wheel),
+            ("heat_to_own_wheel_j", state.to_wheel + into_wheel),
             ("heat_interface_j", state.entered),
             ("heat_stored_j", self.stored(state)),
             ("heat_balance_rel", self.balance_rel(state, lost)),
@@ -290,8 +310,13 @@ impl HeatState {
         }
     }
 
-    /// Takes the losses by slip at each node since the start of the run (J).
-    pub(crate) fn rub(&mut self, heat: &BodyHeat, slid: &[f64]) {
+    /// Takes the losses by slip at each node since the start of the run (J), and the nodes that the wheel touches.
+    pub(crate) fn rub(
+        &mut self,
+        heat: &BodyHeat,
+        (slid, touches): (&[f64], impl Iterator<Item = bool>),
+    ) {
+        self.field.meet(touches);
         self.slid.resize(slid.len(), 0.0);
         let upper = self.field.upper.iter_mut();
         for ((waiting, before), slid) in upper.zip(&mut self.slid).zip(slid) {
@@ -305,17 +330,9 @@ impl HeatState {
 
     /// Numbers that can change a later bit.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = &f64> {
-        let field = &self.field;
-        let waiting = field.upper.iter().chain(&field.inner);
-        let sums = self.produced.iter().chain(&field.conducted);
-        let sums = sums.chain([&self.to_wheel, &self.entered]);
+        let sums = self.produced.iter().chain([&self.to_wheel, &self.entered]);
         let arriving = self.arriving.iter().flatten();
-        field
-            .rises
-            .iter()
-            .chain(waiting)
-            .chain(sums)
-            .chain(arriving)
+        self.field.numbers().chain(sums).chain(arriving)
     }
 }
 
@@ -335,9 +352,14 @@ impl HeatRun {
         self.yielded.copy_from_slice(yielded);
     }
 
-    /// Takes the losses by slip at each node since the start of the run (J), and goes on by this time (s).
-    pub(crate) fn advance(&mut self, heat: &BodyHeat, slid: &[f64], time: f64) {
-        self.state.rub(heat, slid);
+    /// Takes the losses by slip at each node since the start of the run (J) with the nodes that the wheel touches, and goes on by this time (s).
+    pub(crate) fn advance(
+        &mut self,
+        heat: &BodyHeat,
+        rubbed: (&[f64], impl Iterator<Item = bool>),
+        time: f64,
+    ) {
+        self.state.rub(heat, rubbed);
         let field = &mut self.state.field;
         heat.body.advance(field, &mut self.factors, time);
         self.state.heated += heat.every;

@@ -123,6 +123,9 @@ impl Node for FemNode {
         } else {
             self.run.accept(&mut committed.state, &self.reported_rows);
         }
+        if let Some(heat) = &committed.heat {
+            self.model.soften(heat, &mut committed.state);
+        }
         self.gathered.take();
         committed.steps += u64::from(input.substeps);
         Ok(self.report(&input))
@@ -139,7 +142,9 @@ impl Node for FemNode {
         let (of, state) = both.ok_or(FemError::NoHeat)?;
         let time = (self.committed.steps, self.model.scheme.step);
         let nodes = (&*self.interface.exchanged, heat);
-        Ok(of.exchange(state, nodes, &mut self.heat_factors, time))
+        let answer = of.exchange(state, nodes, &mut self.heat_factors, time);
+        self.model.soften(state, &mut self.committed.state);
+        Ok(answer)
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {

@@ -60,9 +60,13 @@ impl FemNode {
     /// A body without a wheel that starts from this state, whose internal forces follow from its displacements.
     pub fn starting_from(
         model: Model,
-        state: NodalState,
+        mut state: NodalState,
         setting: &Setting,
     ) -> Result<FemNode, FemError> {
+        let heat = model.heat.as_ref().map(BodyHeat::at_start);
+        if let Some(heat) = &heat {
+            model.soften(heat, &mut state);
+        }
         let threads = setting.threads.max(1);
         Ok(FemNode {
             snapshots: Snapshots::new(setting),
@@ -73,7 +77,7 @@ impl FemNode {
             committed: Committed {
                 state,
                 reactions: vec![[0.0; 2]; model.motions.len()],
-                heat: model.heat.as_ref().map(BodyHeat::at_start),
+                heat,
                 ..Committed::default()
             },
             heat_factors: ColumnFactors::default(),

@@ -144,7 +144,7 @@ impl FemNode {
         let (model, committed) = (&self.model, &mut self.committed);
         if let Some((heat, state)) = model.heat.as_ref().zip(committed.heat.as_mut()) {
             if let Some(wheel) = &committed.wheel {
-                state.rub(heat, &wheel.slid);
+                state.rub(heat, wheel.rubbed());
             }
             let time = (committed.steps, model.scheme.step);
             heat.end(state, &mut self.heat_factors, time);

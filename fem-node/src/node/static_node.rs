@@ -204,8 +204,7 @@ impl StaticNode {
     fn warm(&mut self) {
         let contact = self.statics.contact();
         if let Some((heat, contact)) = self.model.heat.as_ref().zip(contact) {
-            self.heat
-                .advance(heat, &contact.dissipated, self.increment_s);
+            self.heat.advance(heat, contact.rubbed(), self.increment_s);
         }
     }
 

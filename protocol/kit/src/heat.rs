@@ -11,7 +11,8 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use crate::table::load_at;
+use crate::keys::{ConfigError, refuse_if};
+use crate::table::{check_table, load_at};
 
 /// Distance of two modes in ln l, and their number.
 const APART: f64 = 0.35;
@@ -84,6 +85,33 @@ impl CapacityTable {
         let from = self.0.get(next.saturating_sub(1)).copied();
         (from, last.map_or(0.0, slope))
     }
+}
+
+/// Refuses a table of factors over temperature with wrong entries; one without entries is valid.
+///
+/// # Errors
+/// As [`check_table`], and temperatures or factors below 0, or factors of 0 where they must be `positive`.
+pub fn check_factors(key: &str, table: &[[f64; 2]], positive: bool) -> Result<(), ConfigError> {
+    if table.is_empty() {
+        return Ok(());
+    }
+    check_table(key, table)?;
+    let least = if positive {
+        "above 0"
+    } else {
+        "no less than 0"
+    };
+    let below = |factor: f64| factor < 0.0 || (positive && factor == 0.0);
+    let wrong = table.iter().find(|[t, factor]| *t <= 0.0 || below(*factor));
+    refuse_if(
+        wrong.is_some(),
+        key,
+        format!(
+            "has {:?}, and temperatures are above 0, and factors {least}",
+            wrong.unwrap_or(&[0.0; 2])
+        ),
+        "write [[kelvins, factor], ...]",
+    )
 }
 
 /// What the surface of a half-space remembers of its flux; nothing yet by default.

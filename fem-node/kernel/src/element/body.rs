@@ -296,8 +296,30 @@ impl Body {
     /// History variables of a row of elements.
     pub fn history_row_len(&self, law: Option<&NonlinearLaw>) -> usize {
         match law.and_then(NonlinearLaw::plastic) {
-            Some(_) => self.history_blocks() * HISTORY * self.layout.padded_columns(),
+            Some(plastic) => {
+                let factors = usize::from(plastic.softens) * self.layout.padded_columns();
+                self.history_len() + factors
+            }
             None => 0,
+        }
+    }
+
+    /// The same without factors on the yield stress.
+    fn history_len(&self) -> usize {
+        self.history_blocks() * HISTORY * self.layout.padded_columns()
+    }
+
+    /// Sets the factors on the yield stress, behind the history of each row of elements.
+    pub fn soften(&self, history: &mut [f64], factor: impl Fn([usize; 2]) -> f64) {
+        let (own, padded) = (self.history_len(), self.layout.padded_columns());
+        for (j, row) in history.chunks_exact_mut(own + padded).enumerate() {
+            for (i, value) in row[own..].iter_mut().enumerate() {
+                *value = if i < self.layout.columns {
+                    factor([i, j])
+                } else {
+                    1.0
+                };
+            }
         }
     }
 
@@ -327,7 +349,7 @@ impl Body {
     ) -> [f64; HISTORY] {
         let padded = self.layout.padded_columns();
         let of_point = |point: usize| {
-            let first = (row * self.history_blocks() + point) * HISTORY * padded;
+            let first = row * (history.len() / self.layout.rows) + point * HISTORY * padded;
             history_at(&history[first..first + HISTORY * padded], padded, column)
         };
         if history.is_empty() {

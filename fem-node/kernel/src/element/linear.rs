@@ -83,6 +83,8 @@ impl OverElements for LinearRow<'_> {
 pub(super) struct BoundedRow<'a> {
     pub(super) row: LinearRow<'a>,
     pub(super) plastic: &'a J2,
+    /// Lowest factor on its yield stress.
+    pub(super) lowest: f64,
     /// Excess in the packs of the row.
     pub(super) excess: &'a mut [[f64; LANES]],
 }
@@ -93,7 +95,7 @@ impl OverElements for BoundedRow<'_> {
         let (packs, pass) = self.row.packs(elements, row);
         let mut pass = BoundedPass {
             pass,
-            limit: elements.limit(self.plastic),
+            limit: elements.limit(self.plastic) * self.lowest * self.lowest,
             excess: &mut self.excess[packs.clone()],
         };
         pass.over(registers, packs.len());

@@ -17,6 +17,8 @@ pub(super) struct YieldCandidates<'a> {
     pub(super) excess: &'a [[f64; LANES]],
     /// Number of the first pack in its row.
     pub(super) first: usize,
+    /// Factors on the yield stress, element by element in their row; empty where they are 1.
+    pub(super) factors: &'a [f64],
 }
 
 /// Excess of a pack with an element that has flowed.
@@ -29,6 +31,16 @@ impl YieldCandidates<'_> {
         let packs = self.excess.iter().enumerate();
         let above = packs.filter(|(_, excess)| Pack(**excess).any_above(Pack::splat(0.0)));
         above.map(|(pack, _)| (self.first + pack) * LANES)
+    }
+
+    /// Factors on the yield stress of the pack from column `i` on.
+    #[inline(always)]
+    pub(super) fn factor(&self, i: usize) -> Pack {
+        if self.factors.is_empty() {
+            Pack::splat(1.0)
+        } else {
+            Pack::load(self.factors, i)
+        }
     }
 
     /// True where an element of the pack from column `i` on has flowed.
@@ -72,8 +84,8 @@ impl RowPoints<'_> {
         let scale = Pack::splat(4.0 / self.thickness);
         let quarter = Pack::splat(0.25 * self.thickness);
         for i in candidates.columns() {
-            let u = Modes::both(&path.u.load(stride, i));
-            if !candidates.has_flowed(i) && !self.begins_to_flow(plastic, &u, i) {
+            let (u, factor) = (Modes::both(&path.u.load(stride, i)), candidates.factor(i));
+            if !candidates.has_flowed(i) && !self.begins_to_flow(plastic, &u, (i, factor)) {
                 continue;
             }
             let du = Modes::both(&path.du.load(stride, i));
@@ -91,7 +103,7 @@ impl RowPoints<'_> {
                         #[inline(always)]
                         || point.strain(weight, &du),
                         &mut path.point(k, padded),
-                        i,
+                        (i, factor),
                     );
                     dissipated = dissipated + point.jacobian() * dissipation;
                     [
@@ -108,11 +120,11 @@ impl RowPoints<'_> {
 
     /// True where any point of a pack that has never flowed begins to flow.
     #[inline(always)]
-    fn begins_to_flow(&self, plastic: &J2, u: &[Modes; 2], i: usize) -> bool {
+    fn begins_to_flow(&self, plastic: &J2, u: &[Modes; 2], (i, factor): (usize, Pack)) -> bool {
         let scale = Pack::splat(4.0 / self.thickness);
         (0..4).any(|k| {
             let point = self.point(k, i);
-            plastic.begins_to_flow(point.strain(scale * point.weight, u))
+            plastic.begins_to_flow(point.strain(scale * point.weight, u), factor)
         })
     }
 
@@ -289,6 +301,7 @@ mod tests {
             yield_stress: 0.5,
             isotropic: 0.3,
             kinematic: 0.2,
+            softens: false,
         };
         let layout = Layout::new(&mesh);
         let constants = Constants::new(&mesh, layout, |p| {
@@ -329,6 +342,7 @@ mod tests {
                 let all = YieldCandidates {
                     excess: &vec![[FLOWED; LANES]; layout.padded_columns() / LANES],
                     first: 0,
+                    factors: &[],
                 };
                 points.plastic_forces(&plastic, path, all, store);
             } else {

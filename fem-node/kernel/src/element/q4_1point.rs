@@ -118,7 +118,7 @@ impl Q4OnePoint {
                 #[inline(always)]
                 || symmetric(mean_gradient(constants, &du.load(stride, i))),
                 &mut path.point(0, padded),
-                i,
+                (i, candidates.factor(i)),
             );
             let mut modes = hourglass_modes(constants, &corners, gradient);
             let mut flow = HourglassFlow {

@@ -200,6 +200,7 @@ mod tests {
             yield_stress,
             isotropic: 0.0,
             kinematic: 0.0,
+            softens: false,
         };
         let law = yield_pa.map(plastic).map(NonlinearLaw::Plastic);
         let mut body = Body::new(&mesh, kind, &elastic, 1.0);

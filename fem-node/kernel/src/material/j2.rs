@@ -39,6 +39,8 @@ pub struct J2 {
     pub isotropic: f64,
     /// Kinematic hardening K (Pa).
     pub kinematic: f64,
+    /// True where each element has a factor on Y, behind the history of its row.
+    pub softens: bool,
 }
 
 /// Strain (exx, eyy, 2 exy) or stress (sxx, syy, sxy) of a pack of points.
@@ -88,19 +90,19 @@ impl J2 {
     /// ```
     ///
     /// Returns 2 mu p', the reduction of the stress of Hooke's law (Pa), and the dissipation (J/m3); `increment` gives the strain since the last
-    /// step.
+    /// step, `factor` acts on Y.
     #[inline(always)]
     pub(crate) fn return_map(
         &self,
         strain: Plane3,
         increment: impl FnOnce() -> Plane3,
         history: &mut PointHistory,
-        at: usize,
+        (at, factor): (usize, Pack),
     ) -> (Plane3, Pack) {
         let [pxx, pyy, pxy, a] = history.load(at);
         let x = self.trial(strain, [pxx, pyy, pxy]);
         let square = norm_squared(x);
-        let radius = self.radius(a);
+        let radius = self.radius(a, factor);
         let two_mu = Pack::splat(2.0 * self.mu);
         let mu = Pack::splat(self.mu);
         if !square.any_above(radius * radius) {
@@ -127,9 +129,9 @@ impl J2 {
 
     /// True where the first flow begins in any lane: |x_trial| > sqrt(2/3) Y, with a history of zero. It rounds like [`return_map`](J2::return_map).
     #[inline(always)]
-    pub(crate) fn begins_to_flow(&self, strain: Plane3) -> bool {
+    pub(crate) fn begins_to_flow(&self, strain: Plane3, factor: Pack) -> bool {
         let zero = Pack::splat(0.0);
-        let radius = self.radius(zero);
+        let radius = self.radius(zero, factor);
         norm_squared(self.trial(strain, [zero; 3])).any_above(radius * radius)
     }
 
@@ -140,11 +142,11 @@ impl J2 {
         ratio * ratio / 3.0
     }
 
-    /// sqrt(2/3) (Y + H a) (Pa)
+    /// sqrt(2/3) (Y + H a) (Pa), with a factor on Y
     #[inline(always)]
-    fn radius(&self, a: Pack) -> Pack {
+    fn radius(&self, a: Pack, factor: Pack) -> Pack {
         Pack::splat((2.0f64 / 3.0).sqrt())
-            * (Pack::splat(self.yield_stress) + Pack::splat(self.isotropic) * a)
+            * (Pack::splat(self.yield_stress) * factor + Pack::splat(self.isotropic) * a)
     }
 
     /// Elastic energy plus the energy of the back stress less s e / 2 (J/m3): K p p / 3 - s p / 2.
@@ -194,6 +196,7 @@ mod tests {
         yield_stress: 3.0,
         isotropic: 6.0,
         kinematic: 9.0,
+        softens: false,
     };
 
     /// Shears one point to each strain in turn; the stress after each, and the dissipation.
@@ -208,7 +211,9 @@ mod tests {
             let zero = Pack::splat(0.0);
             let shear = |value: f64| [zero, zero, Pack::splat(value)];
             let increment = || shear(strain - before);
-            let (plastic, dissipation) = law.return_map(shear(*strain), increment, &mut history, 0);
+            let point = (0, Pack::splat(1.0));
+            let (plastic, dissipation) =
+                law.return_map(shear(*strain), increment, &mut history, point);
             dissipated += dissipation.0[0];
             before = *strain;
             law.mu * strain - plastic[2].0[0]

@@ -138,8 +138,12 @@ pub(crate) mod plain {
         at: usize,
     ) -> (Gradient, Pack) {
         let strain = symmetric(gradient);
-        let (relaxed, dissipated) =
-            plastic.return_map(strain, || symmetric(increment), history, at);
+        let (relaxed, dissipated) = plastic.return_map(
+            strain,
+            || symmetric(increment),
+            history,
+            (at, Pack::splat(1.0)),
+        );
         let [xx, yy, xy] = hooke(moduli.map(Pack::splat), strain);
         let shear = xy - relaxed[2];
         let stress = [[xx - relaxed[0], shear], [shear, yy - relaxed[1]]];

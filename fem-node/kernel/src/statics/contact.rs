@@ -31,6 +31,12 @@ impl WheelContact {
         self.dissipated.iter().sum()
     }
 
+    /// Energy that friction has dissipated at each node (J), and the nodes that it touches.
+    pub fn rubbed(&self) -> (&[f64], impl Iterator<Item = bool>) {
+        let touches = self.status.iter().map(|s| *s != ContactStatus::Open);
+        (&self.dissipated, touches)
+    }
+
     /// Share of the touching nodes that slip; 0 when none touches.
     pub fn slipping_share(&self) -> f64 {
         let count =

@@ -95,6 +95,11 @@ impl WheelState {
         })
     }
 
+    /// Energy that friction has dissipated at each node (J), and the nodes that it touches.
+    pub fn rubbed(&self) -> (&[f64], impl Iterator<Item = bool>) {
+        (&self.slid, self.contacts.iter().map(NodeContact::closed))
+    }
+
     /// True where it touches the body.
     pub fn is_touching(&self) -> bool {
         self.contacts.iter().any(NodeContact::closed)

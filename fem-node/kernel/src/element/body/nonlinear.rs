@@ -39,10 +39,15 @@ impl Body {
         &self,
         plastic: &J2,
         row: usize,
-        path: StrainPath,
+        mut path: StrainPath,
         columns: Range<usize>,
         out: &mut RowForces,
     ) {
+        let history = std::mem::take(&mut path.history);
+        let (history, factors) = history.split_at_mut(self.history_len());
+        path.history = history;
+        let own = factors.get(columns.clone()).unwrap_or_default().iter();
+        let lowest = own.copied().reduce(f64::min).unwrap_or(1.0);
         let mut excess = std::mem::take(&mut out.excess);
         let packs = columns.start / LANES..columns.end / LANES;
         let points = [self.points(), self.layout.padded_columns()];
@@ -59,6 +64,7 @@ impl Body {
             let bounded = BoundedRow {
                 row: linear,
                 plastic,
+                lowest,
                 excess: &mut excess,
             };
             self.over_linear(row, bounded);
@@ -68,6 +74,7 @@ impl Body {
             let candidates = YieldCandidates {
                 excess: own,
                 first: packs.start,
+                factors,
             };
             vectorised!(
                 of_kind!(&self.element, elements: elements.plastic_row(plastic, row, path, candidates, out))

@@ -90,6 +90,7 @@ impl PlasticRow {
                 yield_stress: 0.5,
                 isotropic: 0.3,
                 kinematic: 0.2,
+                softens: false,
             },
             elastic,
             kind,
