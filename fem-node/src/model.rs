@@ -180,7 +180,7 @@ impl Model {
         let end = wheel.as_ref().map(|wheel| wheel.program.end());
         let total = end.or(config.time.end_s).map(|end| end / step);
         let total = total.filter(|_| config.analysis == Analysis::Dynamic);
-        let heat = heat::BodyHeat::new(config, &mesh, thickness, total)?;
+        let heat = heat::BodyHeat::new(config, (&mesh, &elastic), thickness, total)?;
         let mut warnings = warnings(config, &mesh, &scheme, step_limit);
         warnings.extend(roll.iter().flat_map(rolling::Roll::warnings));
         warnings.extend(held);
@@ -258,8 +258,39 @@ impl Model {
         }
     }
 
-    /// Gives the elements of a state the yield stresses of these temperatures, where they depend on them.
-    pub(crate) fn soften(&self, state: &heat::HeatState, body: &mut NodalState) {
+    /// True where warmth expands the body.
+    pub(crate) fn expands(&self) -> bool {
+        self.heat.as_ref().is_some_and(heat::BodyHeat::expands)
+    }
+
+    /// Nodal forces (N) of the stresses of [`NodalState::thermal`], on elements that push outwards: the integral of B^T (s, s, 0).
+    pub(crate) fn thermal_forces(&self, thermal: &[f64]) -> Vec<f64> {
+        let layout = self.body.layout;
+        let mut forces = vec![0.0; if thermal.is_empty() { 0 } else { layout.len() }];
+        for (element, stress) in self.mesh.element_indices().zip(thermal) {
+            let [column, row] = element;
+            let p = self.mesh.corner_points(element);
+            let nodes = self.mesh.corners(column, row);
+            for (k, node) in nodes.into_iter().enumerate() {
+                let (next, last) = (p[(k + 1) % 4], p[(k + 3) % 4]);
+                let half = 0.5 * self.thickness * stress;
+                for (component, side) in [(0, next[1] - last[1]), (1, last[0] - next[0])] {
+                    forces[layout.tied_to(layout.index(node, component))] += half * side;
+                }
+            }
+        }
+        forces
+    }
+
+    /// Gives a state the yield stresses and the thermal stresses of these temperatures, where they depend on them.
+    pub(crate) fn warm(&self, state: &heat::HeatState, body: &mut NodalState) {
+        if let Some(heat) = self.heat.as_ref().filter(|heat| heat.expands()) {
+            let elements = self.mesh.element_indices();
+            let now = elements.map(|element| heat.thermal_stress(state, element));
+            body.thermal[1] = now.collect();
+            let count = body.thermal[1].len();
+            body.thermal[0].resize(count, 0.0);
+        }
         if let Some(heat) =
             (self.heat.as_ref()).filter(|_| self.plastic().is_some_and(|j2| j2.softens))
         {

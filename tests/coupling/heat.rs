@@ -38,6 +38,37 @@ fn the_rail_gets_the_heat_that_the_grains_give() {
     }
 }
 
+/// A rail that expands and softens as it warms: the motion changes, and the bits are the same both ways.
+#[test]
+fn a_rail_expands_and_softens_under_its_grains() {
+    let rail = "participant.rail.config";
+    let more = [
+        format!(
+            "{rail}.material={{ young_pa = 102.5e9, poisson = 0.3, density_kg_per_m3 = 7800.0, yield_pa = 5e8 }}"
+        ),
+        format!("{rail}.heat.alpha_per_k=1e-3"),
+        format!("{rail}.heat.softening.yield_stress=[[300.0, 1.0], [301.0, 0.5]]"),
+        format!("{rail}.heat.conductivity_factor=[[300.0, 1.0], [301.0, 0.5]]"),
+    ];
+    let secant = "interface.layer-base.scheme=dual-schur-secant";
+    let sets: Vec<&str> = [SHORT, secant]
+        .into_iter()
+        .chain(more.iter().map(String::as_str))
+        .collect();
+    let hash = |sets: &[&str]| {
+        let left = run_both_ways(SCENE, sets);
+        let summary = left.ended.summary.value();
+        assert!(left.number("results.energy_balance_rel").abs() < 1e-6);
+        summary["participants"]["rail"]["state_hash"].clone()
+    };
+    let all = hash(&sets);
+    for without in 3..6 {
+        let mut fewer = sets.clone();
+        fewer.remove(without);
+        assert_ne!(hash(&fewer), all, "without {}", sets[without]);
+    }
+}
+
 #[test]
 fn heat_on_one_side_needs_no_exchange_and_on_both_sides_its_windows() {
     let refused = |text: &str| run_in_process(text, &[SHORT]).map(|left| left.ended.error);

@@ -473,6 +473,45 @@ fn a_warm_block_yields_as_one_of_its_warm_yield_stress() {
     }
 }
 
+/// A strip held along x warms by 100 K: exx = 0 and syy = 0 give eyy = (1 + nu)/(1 - nu) alpha dT and sxx = szz = -E alpha dT/(1 - nu) in plane
+/// strain, eyy = (1 + nu) alpha dT in plane stress. All energy is the work of the thermal stresses.
+#[test]
+fn a_strip_that_warms_expands_where_it_can() {
+    for (element, plane, strain) in [
+        ("q4_1point", "strain", 1.3 / 0.7),
+        ("q4_2x2", "strain", 1.3 / 0.7),
+        ("q4_bbar", "strain", 1.3 / 0.7),
+        ("q4_2x2", "stress", 1.3),
+    ] {
+        let keys = json!({
+            "element": element, "plane": plane, "time": {"mass_damping_per_s": 6e6, "damping": 0.6},
+            "heat": {"conductivity_w_per_m_k": K, "capacity_j_per_kg_k": 0.01, "start_k": 300.0, "every_steps": 7,
+                     "alpha_per_k": 1.2e-5, "edges": {"top": {"held_k": 400.0}}},
+        });
+        let mut body = node(&with(strip_of(1e-3, 1e-3, 2.5e-4), keys));
+        let mut report = Vec::new();
+        for index in 0..60 {
+            report = body
+                .advance_alone(&window(index, 11))
+                .expect("it is stable");
+            let balance = crate::fem_wheel::balance(&body, &report);
+            assert!(balance < 1e-12, "{balance}");
+        }
+        assert!(reported(&body, &report, "applied_work") > 0.0);
+        let moved = body.state().u.iter().fold(0.0, |a: f64, u| a.max(*u));
+        let exact = strain * 1.2e-5 * 100.0 * 1e-3;
+        assert!((moved / exact - 1.0).abs() < 1e-6, "{moved} for {exact}");
+        if plane == "strain" {
+            let pressure = results(&mut body)("p_max_centroid_pa");
+            let exact = 2.0 / 3.0 * 102.5e9 * 1.2e-5 * 100.0 / 0.7;
+            assert!(
+                (pressure / exact - 1.0).abs() < 1e-6,
+                "{element}: {pressure} for {exact}"
+            );
+        }
+    }
+}
+
 /// Flow warms a block and lowers its yield stress, Y (1 - s dT): in uniaxial strain e, far beyond yielding, the flow is 2/3 de, and all its work
 /// becomes heat, so that dT = (1 - exp(-2 Y s e/(3 rho c)))/s.
 #[test]
@@ -497,9 +536,12 @@ fn flow_that_warms_softens_by_an_exponential() {
 
 #[test]
 fn a_resume_between_two_steps_of_heat_changes_no_bit() {
+    let wheel = half_space(1e4);
+    let heat = json!({"every_steps": 7, "alpha_per_k": 1e-5, "wheel_half_space": wheel,
+                      "capacity_factor": [[300.0, 1.0], [400.0, 2.0]], "softening": {"yield_stress": [[300.0, 1.0], [310.0, 0.5]]}});
     let config = with(
         rail(),
-        json!({"start": "static", "heat": {"every_steps": 7}}),
+        json!({"wheel": {"ramp_s": 1e-6}, "heat": heat, "material": {"yield_pa": 3e7}}),
     );
     let (mut whole, mut cut) = (node(&config), node(&config));
     for node in [&mut whole, &mut cut] {
@@ -551,6 +593,10 @@ fn heat_without_a_mesh_a_time_or_a_way_is_refused() {
         (
             json!({"heat": {"softening": {"yield_stress": [[300.0, 1.0]]}}}),
             "heat.softening.yield_stress",
+        ),
+        (
+            json!({"heat": {"alpha_per_k": 1e-5}, "analysis": "static"}),
+            "heat.alpha_per_k",
         ),
         (
             json!({"heat": {"capacity_factor": [[300.0, 0.0]]}}),

@@ -33,7 +33,7 @@ impl NewmarkScheme {
 
     /// h v + h^2/2 a
     #[inline(always)]
-    pub(crate) fn increment(&self, v: f64, a: f64) -> f64 {
+    pub fn increment(&self, v: f64, a: f64) -> f64 {
         self.step * v + 0.5 * self.step * self.step * a
     }
 }

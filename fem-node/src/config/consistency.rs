@@ -339,6 +339,15 @@ impl FemConfig {
                 "remove one of the two",
             ),
             (
+                heat.alpha_per_k.is_some()
+                    && (self.reduced.is_some()
+                        || self.analysis == Analysis::Static
+                        || self.kinematics == Kinematics::Corotational),
+                "heat.alpha_per_k",
+                "expands bodies in motion and in small strain, not with `reduced`, analysis = \"static\" or kinematics = \"corotational\"",
+                "remove the key, or the other one",
+            ),
+            (
                 self.material.law() == MaterialKind::Elastic
                     && !heat.softening.yield_stress.is_empty(),
                 "heat.softening.yield_stress",

@@ -46,6 +46,8 @@ pub struct HeatConfig {
     /// Factors on the heat capacity, as of `conductivity_factor`.
     #[serde(default)]
     pub capacity_factor: LoadTable,
+    /// Coefficient of thermal expansion (1/K); the body does not expand when absent.
+    pub alpha_per_k: Option<f64>,
     /// Dependence of the material on temperature; none when absent.
     #[serde(default)]
     pub softening: SofteningConfig,

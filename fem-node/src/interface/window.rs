@@ -88,6 +88,8 @@ pub(crate) struct WindowRun {
     record: RingRecord,
     /// Increments in the ring of a region, under a law with history.
     increments: Vec<f64>,
+    /// Nodal forces (N) of the thermal stresses, as of [`NodalState::thermal`].
+    swelling: [Vec<f64>; 2],
     /// Pieces for the threads.
     pub(crate) partition: Partition,
     pub(crate) velocity: Option<PrescribedVelocity>,
@@ -207,7 +209,7 @@ impl WindowRun {
             self.step(window, integrator, extent, (k, step));
             self.record_hold(model, step + 1);
             if warms_in_steps(model, input) {
-                self.warm(model, step + 1, k == input.substeps);
+                self.warm((model, input), step + 1, k == input.substeps);
             }
             let checks = !extent.is_part() && k < input.substeps;
             if checks && (step + 1).is_multiple_of(CHECK_EVERY) {
@@ -239,6 +241,7 @@ impl WindowRun {
         let body = &model.body;
         self.works.move_to(model, &mut self.fields.state, step, k);
         self.set_load(model, input, step + 1, false);
+        self.swell(model);
         integrator.rule.damping = model.damping_over(step);
         let rows = [0, body.layout.node_rows];
         let wheel = model.wheel.as_ref().zip(self.wheel.as_mut());
@@ -270,7 +273,7 @@ impl WindowRun {
     }
 
     /// Takes the losses up to the end of `step` as heat, and lets it pass every few steps.
-    fn warm(&mut self, model: &Model, step: u64, last: bool) {
+    fn warm(&mut self, (model, input): (&Model, &WindowInput), step: u64, last: bool) {
         let (Some(heat), Some(run)) = (&model.heat, &mut self.heat) else {
             return;
         };
@@ -284,7 +287,26 @@ impl WindowRun {
                 Some(wheel) => run.advance(heat, wheel.state.rubbed(), time),
                 None => run.advance(heat, (&[], std::iter::empty()), time),
             }
-            model.soften(&run.state, &mut self.fields.state);
+            model.warm(&run.state, &mut self.fields.state);
+            if model.expands() {
+                self.swelling[1] = model.thermal_forces(&self.fields.state.thermal[1]);
+                self.set_load(model, input, step, true);
+            }
+        }
+    }
+
+    /// Counts the work of the thermal stresses over the coming step, whose increment is known.
+    fn swell(&mut self, model: &Model) {
+        let (state, [before, now]) = (&mut self.fields.state, &mut self.swelling);
+        let b = model.scheme.damping;
+        let each = (0..now.len()).map(|k| {
+            let force = (1.0 - b) * before[k] + b * now[k];
+            force * model.scheme.increment(state.v[k], state.a[k])
+        });
+        self.works.applied += each.sum::<f64>();
+        if before != now {
+            before.clone_from(now);
+            state.thermal[0] = state.thermal[1].clone();
         }
     }
 
@@ -356,6 +378,12 @@ impl WindowRun {
         self.hold_record = None;
         if let (Some(run), Some(heat)) = (&mut self.heat, &committed.heat) {
             run.restore(heat);
+        }
+        let thermal = committed.state.thermal.each_ref();
+        self.swelling = thermal.map(|thermal| model.thermal_forces(thermal));
+        if model.wheel.is_none() {
+            // The accelerations are computed anew.
+            self.swelling[0] = self.swelling[1].clone();
         }
         self.set_load(model, input, committed.steps, true);
         let damping = model.damping_at(committed.steps);
@@ -485,6 +513,10 @@ impl WindowRun {
         }
         let load = &mut self.fields.load;
         load.clear();
+        let thermal = self.swelling[1].iter().enumerate();
+        for (index, force) in thermal.filter(|(_, force)| **force != 0.0) {
+            load.add(index, *force);
+        }
         for (index, force) in &input.interface {
             load.add(*index, *force);
         }

@@ -1,6 +1,7 @@
 //! The heat of a body: its vertices, the shares of its sources, and its results.
 
 use fem_kernel::heat::{ColumnFactors, HeatBody, HeatField, HeatNumbers};
+use fem_kernel::material::Elastic;
 use fem_kernel::mesh::Mesh;
 use kit::ConfigError;
 use kit::finding::heat_coarseness;
@@ -9,6 +10,7 @@ use kit::table::{LoadTable, load_at};
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
+use crate::config::choice::Plane;
 use crate::config::keys::FemConfig;
 
 kit::results! {
@@ -48,6 +50,8 @@ pub(crate) struct BodyHeat {
     wheel_share: f64,
     /// Factor on the yield stress over temperature.
     yields: LoadTable,
+    /// Stress of an element that cannot expand, over its rise (Pa/K); 0 without expansion.
+    stiffness: f64,
     edges: Vec<String>,
 }
 
@@ -91,7 +95,7 @@ impl BodyHeat {
     /// The heat of a body on this mesh, of this thickness (m).
     pub(super) fn new(
         config: &FemConfig,
-        mesh: &Mesh,
+        (mesh, elastic): (&Mesh, &Elastic),
         thickness: f64,
         total: Option<f64>,
     ) -> Result<Option<BodyHeat>, ConfigError> {
@@ -111,6 +115,13 @@ impl BodyHeat {
             thickness,
             finest: heat.finest_m.unwrap_or(first / LAYERS),
         };
+        // In plane strain the expansion across the plane is held back, and pushes in the plane.
+        let [c11, c12, _] = elastic.moduli();
+        let across = match config.plane {
+            Plane::Strain => 1.0 + config.material.poisson,
+            Plane::Stress => 1.0,
+        };
+        let stiffness = (c11 + c12) * across * heat.alpha_per_k.unwrap_or(0.0);
         let mut body = HeatBody::new(mesh, numbers, &heat.conditions()?).over_temperature(
             heat.start_k,
             [&heat.conductivity_factor, &heat.capacity_factor],
@@ -137,6 +148,7 @@ impl BodyHeat {
             ],
             wheel_share: heat.wheel_share,
             yields: heat.softening.yield_stress.clone(),
+            stiffness,
             edges: heat.edges.keys().cloned().collect(),
         }))
     }
@@ -233,6 +245,16 @@ impl BodyHeat {
     pub(crate) fn yield_factor(&self, state: &HeatState, element: [usize; 2]) -> Option<f64> {
         let kelvins = || self.start + self.body.mean_rise(&state.field, element);
         (!self.yields.is_empty()).then(|| load_at(&self.yields, kelvins()))
+    }
+
+    /// True where warmth expands the body.
+    pub(crate) fn expands(&self) -> bool {
+        self.stiffness != 0.0
+    }
+
+    /// Stress (Pa) that warmth would give an element (column, row) if it could not expand.
+    pub(crate) fn thermal_stress(&self, state: &HeatState, element: [usize; 2]) -> f64 {
+        self.stiffness * self.body.mean_rise(&state.field, element)
     }
 
     /// At the start.

@@ -102,9 +102,10 @@ impl Node for FemNode {
         let committed = &mut self.committed;
         committed.ledger = ledger;
         committed.reactions = self.run.works.last_reactions(&self.model);
+        let in_steps = warms_in_steps(&self.model, &input);
         let heats = (&self.model.heat, &mut committed.heat, &self.run.heat);
         if let (Some(heat), Some(state), Some(run)) = heats {
-            if warms_in_steps(&self.model, &input) {
+            if in_steps {
                 state.clone_from(&run.state);
             } else {
                 let lost = self.run.fields.dissipated.plastic.iter();
@@ -123,8 +124,8 @@ impl Node for FemNode {
         } else {
             self.run.accept(&mut committed.state, &self.reported_rows);
         }
-        if let Some(heat) = &committed.heat {
-            self.model.soften(heat, &mut committed.state);
+        if let Some(heat) = committed.heat.as_ref().filter(|_| !in_steps) {
+            self.model.warm(heat, &mut committed.state);
         }
         self.gathered.take();
         committed.steps += u64::from(input.substeps);
@@ -143,7 +144,7 @@ impl Node for FemNode {
         let time = (self.committed.steps, self.model.scheme.step);
         let nodes = (&*self.interface.exchanged, heat);
         let answer = of.exchange(state, nodes, &mut self.heat_factors, time);
-        self.model.soften(state, &mut self.committed.state);
+        self.model.warm(state, &mut self.committed.state);
         Ok(answer)
     }
 

@@ -29,11 +29,12 @@ impl FemNode {
 }
 
 /// Lengths of all fields.
-fn lengths(state: &NodalState) -> ([usize; 5], usize) {
+fn lengths(state: &NodalState) -> ([usize; 5], [usize; 2]) {
     let [u, v, a, force, damped] = state.nodal().map(<[f64]>::len);
     // Empty until something has been damped.
     let damped = if damped == 0 { u } else { damped };
-    ([u, v, a, force, damped], state.history.len())
+    let elements = [state.history.len(), state.thermal[1].len()];
+    ([u, v, a, force, damped], elements)
 }
 
 /// Refuses a checkpoint, with the reason.

@@ -65,7 +65,7 @@ impl FemNode {
     ) -> Result<FemNode, FemError> {
         let heat = model.heat.as_ref().map(BodyHeat::at_start);
         if let Some(heat) = &heat {
-            model.soften(heat, &mut state);
+            model.warm(heat, &mut state);
         }
         let threads = setting.threads.max(1);
         Ok(FemNode {

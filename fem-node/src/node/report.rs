@@ -85,7 +85,7 @@ impl FemNode {
     pub(super) fn terms(&self) -> impl Iterator<Item = NamedTerm> {
         let model = &self.model;
         let present = |(_, name, _): &NamedTerm| match *name {
-            "applied_work" => !model.tractions.is_empty(),
+            "applied_work" => !model.tractions.is_empty() || model.expands(),
             "drive_work" => !model.motions.is_empty(),
             "mass_damping" => model.damping_at(0) > 0.0,
             "stiffness_damping" => model.scheme.stiffness_damping > 0.0,
@@ -206,6 +206,7 @@ impl FemNode {
         if let Some(wheel) = &wheel {
             fields.extend([&wheel[..], &state.a]);
         }
+        fields.extend(state.thermal.iter().map(|thermal| &thermal[..]));
         let heat = self.committed.heat.iter().flat_map(HeatState::numbers);
         for value in fields.into_iter().flatten().chain(heat) {
             hasher.update(&value.to_le_bytes());

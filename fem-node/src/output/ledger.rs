@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 kit::results! {
     /// # Signals of the ledger
     /// - `interface_work_j`: Work of the interface on the body, since the start.
-    /// - `applied_work_j`: Work of loads and tractions on the body, since the start.
+    /// - `applied_work_j`: Work of loads, tractions and thermal stresses on the body, since the start.
     /// - `drive_work_j`: Work of prescribed motions of the body since the start, without the mass of the moved nodes.
     /// - `strain_j`: Change of the strain energy of the body since the start.
     /// - `numerical_loss_j`: Energy that the time scheme of the body took since the start.
@@ -21,7 +21,7 @@ kit::results! {
 pub struct Ledger {
     /// Work of the interface force, lambda du.
     pub interface_work: f64,
-    /// Work of the tractions, [(1-b) f + b f'] du.
+    /// Work of the tractions and of the forces of thermal stresses, [(1-b) f + b f'] du.
     pub applied_work: f64,
     /// Stored energy of the deformation since the start: u F(u) / 2, corrected for plastic strain and rotation. With kinematic hardening it includes
     /// the energy of the back stress.

@@ -231,7 +231,7 @@ struct Strained {
     strain: [f64; 3],
     /// Cosine and sine of a large rotation.
     rotation: Option<[f64; 2]>,
-    /// k (E - e), the stress in all directions that the element with one mean dilatation adds to Hooke's (Pa).
+    /// The stress in all directions that comes to Hooke's (Pa): k (E - e) of the element with one mean dilatation, less the thermal stress.
     pressure_stress: f64,
 }
 
@@ -259,8 +259,15 @@ fn strained(model: &Model, state: &NodalState, element: [usize; 2], natural: [f6
     Strained {
         strain,
         rotation,
-        pressure_stress: mean_dilatation_stress(model, &points, &u, natural),
+        pressure_stress: mean_dilatation_stress(model, &points, &u, natural)
+            - thermal_stress(model, state, element),
     }
+}
+
+/// The stress in all directions that warmth takes from Hooke's (Pa).
+fn thermal_stress(model: &Model, state: &NodalState, [column, row]: [usize; 2]) -> f64 {
+    let thermal = state.thermal[1].get(row * model.mesh.columns + column);
+    thermal.copied().unwrap_or(0.0)
 }
 
 /// 2 mu p, which plastic strain subtracts from Hooke's stress (Pa). It has no trace, so the pressure is unchanged.

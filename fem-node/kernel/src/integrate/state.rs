@@ -24,6 +24,9 @@ pub struct NodalState {
     pub damping_force: Lines,
     /// History variables of a plastic body, empty for any other; see [`Body::plastic_strain`].
     pub history: Vec<f64>,
+    /// Stress (Pa) that warmth would give each element if it could not expand, row after row: as the accelerations have it, and now. Empty without
+    /// expansion.
+    pub thermal: [Vec<f64>; 2],
 }
 
 impl NodalState {
@@ -69,6 +72,7 @@ impl NodalState {
         self.force.copy_from_slice(&start.force);
         self.history.copy_from_slice(&start.history);
         self.damping_force.clone_from(&start.damping_force);
+        self.thermal.clone_from(&start.thermal);
     }
 
     /// Copies the start of a window, the accelerations included: contact forces do not jump there.

@@ -96,6 +96,7 @@ pub(super) fn split<'a>(
         a,
         damping_force,
         history,
+        thermal: _,
     } = &mut fields.state;
     let row_history = history.len() / (layout.node_rows - 1);
     let mut fields = [u, v, a, force, damping_force].map(|field| &mut field[..]);

@@ -59,7 +59,7 @@ impl Partition {
         if extent.is_part() {
             return self.is_run;
         }
-        if threads < 2 || !input.velocity.is_empty() {
+        if threads < 2 || !input.velocity.is_empty() || model.expands() {
             return false;
         }
         let known = |(most, of): (u32, usize)| input.substeps <= most && of == threads;

@@ -27,7 +27,7 @@ const UNREPEATED_MAX: u32 = 4;
 impl Regions {
     /// Extent of the next run, of a window after `steps`.
     pub(super) fn extent(&mut self, model: &Model, steps: u64, input: &WindowInput) -> Extent {
-        let is_coupled = !input.interface.is_empty() && model.wheel.is_none();
+        let is_coupled = !input.interface.is_empty() && model.wheel.is_none() && !model.expands();
         let last = self.last.take();
         if !is_coupled || !input.velocity.is_empty() {
             return Extent::Whole;
