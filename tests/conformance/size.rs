@@ -30,7 +30,7 @@ const LINES: [(&str, usize); 19] = [
 ];
 
 /// Lines in other languages: modules of the Python package, and the player of a movie.
-const BESIDE: usize = 3_338;
+const BESIDE: usize = 3_407;
 
 #[test]
 fn the_crates_have_the_lines_of_their_limits() {

@@ -106,6 +106,110 @@ class Continua(unittest.TestCase):
             node.advance(window(), np.zeros(2))
 
 
+class Slab(Mass):
+    """Two points on the first of three layers of 2, 3 and 5 J/K, 0.5 W/K between neighbours, backward Euler; insulated."""
+
+    start_k = 300.0
+    capacity = np.array([2.0, 3.0, 5.0])
+    heated = np.array([0, 0])
+    conduction = 0.5 * np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+
+    def points(self, set_name):
+        return Points([0.0, 1.0], [0.0, 0.0])
+
+    def rest(self):
+        return {"u": np.zeros((2, 2)), "v": np.zeros((2, 2))}
+
+    def warm(self, rise, heat, time_s):
+        return np.linalg.solve(np.diag(self.capacity) + time_s * self.conduction, self.capacity * rise + heat)
+
+
+class Warmth(unittest.TestCase):
+    def go(self, node, *indices):
+        for index in indices:
+            node.advance(window(index), np.zeros(4))
+            node.advance(window(index, 1), np.ones(4))
+            node.commit(window(index, 1), np.empty(0))
+
+    def take(self, node, *joules):
+        return node.take_heat(window(), np.array(joules, dtype=float)).tolist()
+
+    def test_a_body_without_temperatures_offers_and_takes_no_heat(self):
+        self.assertNotIn("heat", ready(Mass).describe().capabilities)
+        self.assertIs(ready(Slab).describe().capabilities["heat"], True)
+        with self.assertRaisesRegex(ConfigurationError, "heat through its surface"):
+            ready(Mass).take_heat(window(), np.zeros(1))
+        with self.assertRaisesRegex(thirdbody.ProtocolError, "heat of 1 points arrived for 2"):
+            ready(Slab).take_heat(window(), np.zeros(1))
+
+    def test_heat_enters_over_the_time_since_the_last_exchange(self):
+        node = ready(Slab)
+        self.assertEqual(self.take(node, 0.0, 0.0), [300.0, 300.0])
+        self.go(node, 0, 1)
+        # Repeats take no time: two windows of 2 s.
+        exact = node.warm(np.zeros(3), np.array([7.0, 0.0, 0.0]), 4.0)
+        self.assertEqual(self.take(node, 3.0, 4.0), [300.0 + exact[0]] * 2)
+        self.go(node, 2)
+        self.assertEqual(self.take(node, 0.0, -1.0)[0], 300.0 + node.warm(exact, np.array([-1.0, 0.0, 0.0]), 2.0)[0])
+        found = node.finish().results
+        self.assertEqual((found["heat_interface_j"], found["surface_temperature_peak_k"]), (6.0, 300.0 + exact[0]))
+        self.assertAlmostEqual(found["heat_stored_j"], 6.0, delta=1e-14)
+        self.assertLess(found["heat_balance_rel"], 1e-15)
+
+    def test_two_requests_at_one_time_are_one_with_the_sum(self):
+        # Before the first window, between two windows, and after the last.
+        parts, whole = ready(Slab), ready(Slab)
+        for index in range(3):
+            self.take(parts, 1.0, 0.0)
+            self.assertEqual(self.take(parts, 0.5, 2.0), self.take(whole, 1.5, 2.0))
+            self.go(parts, index)
+            self.go(whole, index)
+        self.take(parts, 1.0, 1.0)
+        self.assertEqual(self.take(parts, 0.0, 0.0), self.take(whole, 1.0, 1.0))
+        self.assertEqual(parts.finish().state_hash, whole.finish().state_hash)
+        self.assertAlmostEqual(whole.finish().results["heat_stored_j"], 12.5, delta=1e-13)
+
+    def test_heat_that_waits_for_the_first_window_is_stored(self):
+        node = ready(Slab)
+        self.take(node, 1.0, 2.0)
+        self.assertEqual(node.finish().results["heat_stored_j"], 3.0)
+
+    def test_a_window_after_a_return_to_a_checkpoint_takes_its_heat_once(self):
+        # Checkpoints right after an exchange, and in the time between two.
+        for before in ((), (1,)):
+            node, other = ready(Slab), ready(Slab)
+            self.go(node, 0)
+            self.take(node, 1.0, 2.0)
+            self.go(node, *before)
+            saved = node.checkpoint()
+            self.go(node, 2)
+            first = self.take(node, 5.0, 0.0)
+            once = node.finish()
+            node.restore(saved)
+            other.restore(saved)
+            for again in (node, other):
+                self.go(again, 2)
+                self.assertEqual(self.take(again, 5.0, 0.0), first)
+                self.assertEqual((again.finish().state_hash, again.finish().results), (once.state_hash, once.results))
+            self.assertEqual(once.results["heat_interface_j"], 8.0)
+
+    def test_points_that_are_not_selected_take_no_heat(self):
+        node = ready(Slab)
+        node.heated = np.array([2, 0])
+        node.select(np.array([1]))
+        node.advance(window(), np.zeros(2))
+        node.commit(window(), np.empty(0))
+        (kelvins,) = self.take(node, 3.0)
+        self.assertEqual(kelvins, 300.0 + node.warm(np.zeros(3), np.array([3.0, 0.0, 0.0]), 2.0)[0])
+
+    def test_a_temperature_that_is_not_finite_is_caught(self):
+        node = ready(Slab)
+        node.warm = lambda rise, heat, time_s: np.array([0.0, np.nan, 0.0])
+        self.go(node, 0)
+        with self.assertRaisesRegex(Diverged, "nan"):
+            self.take(node, 1.0, 1.0)
+
+
 class Springs(thirdbody.GrainLayer):
     """Two points on springs to the ground, F = -k u at the end of a window."""
 
