@@ -110,9 +110,9 @@ pub enum FemError {
     )]
     CoupledWithWheel { set: String },
     #[error(
-        "its set `{set}` cannot be coupled: the body has `heat`, whose layers lie below `top`; couple `top`, or remove [participant.config.heat]"
+        "its set `{set}` cannot be coupled: the body has `heat`, whose layers lie at `{layers}`; couple `{layers}`, or remove [participant.config.heat]"
     )]
-    CoupledWithHeat { set: String },
+    CoupledWithHeat { set: String, layers: &'static str },
     #[error(
         "it cannot follow a velocity on its coupled set: its material is nonlinear, or it carries a wheel of its own; give it an elastic small-strain material, or join it by scheme = \"dual-schur-secant\""
     )]

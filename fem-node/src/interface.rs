@@ -32,8 +32,10 @@ impl Interface {
             set: set.into(),
             known: coupling_sets(model).join(", "),
         };
-        if model.heat.is_some() && set != Edge::Top.name() {
-            return Err(FemError::CoupledWithHeat { set: set.into() });
+        let layers = model.heat.as_ref().map(|heat| heat.surface.name());
+        if let Some(layers) = layers.filter(|layers| *layers != set) {
+            let set = set.into();
+            return Err(FemError::CoupledWithHeat { set, layers });
         }
         if set == Edge::Bottom.name() && model.supported {
             return Err(FemError::SupportedSet);

@@ -38,6 +38,44 @@ fn the_rail_gets_the_heat_that_the_grains_give() {
     }
 }
 
+/// Grains of 400 K between two rails of 300 K: each rail gets what the grains give it, and both are warmed at the edge that they couple.
+#[test]
+fn a_layer_between_two_rails_warms_both() {
+    let scene = include_str!("../../scenarios/two-rails-reciprocating/scenario.toml");
+    let [rail, grains] = ["", "young_pa = 205e9, poisson = 0.3, spread_m = 0.2e-3, "];
+    let heat = |name: &str, more: &str, start: f64| {
+        format!(
+            "participant.{name}.config.heat={{ {more}conductivity_w_per_m_k = 45.0, capacity_j_per_kg_k = 460.0, start_k = {start:.1} }}"
+        )
+    };
+    let sets = [
+        "run.end_s=2.5e-4".to_string(),
+        heat("lower", rail, 300.0),
+        heat("upper", rail, 300.0),
+        heat("third-body", grains, 400.0),
+        "interface.below.heat_every_windows=10".into(),
+        "interface.above.heat_every_windows=10".into(),
+    ];
+    let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+    let left = run_both_ways(scene, &sets);
+    let results = &left.ended.summary.value()["results"];
+    for (body, group) in [("lower", "base"), ("upper", "lid")] {
+        let of = |name: &str| results[name].as_f64().expect(name);
+        let given = of(&format!("heat_to_{group}_j"));
+        let taken = of(&format!("{body}.heat_interface_j"));
+        assert!(given > 0.0);
+        assert!(
+            (taken / given - 1.0).abs() < 1e-12,
+            "{body}: {taken} of {given}"
+        );
+        assert!(of(&format!("{body}.heat_balance_rel")) < 1e-12);
+        let peak = of(&format!("{body}.surface_temperature_peak_k"));
+        assert!((301.0..400.0).contains(&peak), "{body}: {peak}");
+    }
+    let balance = results["third-body.heat_balance_rel"].as_f64();
+    assert!(balance.expect("it has heat") < 1e-12);
+}
+
 /// A rail that expands and softens as it warms: the motion changes, and the bits are the same both ways.
 #[test]
 fn a_rail_expands_and_softens_under_its_grains() {

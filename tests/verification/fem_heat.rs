@@ -109,6 +109,34 @@ fn the_last_steps_count() {
     assert!((of("heat_stored_j") - given).abs() < 1e-9 * given);
 }
 
+/// A body turned over has the temperatures of the body, at its lower edge.
+#[test]
+fn layers_lie_at_the_lower_edge_as_well() {
+    let mesh = Mesh::structured(3, 8, |i, j| [1e-4 * i as f64, -3e-5 * (j * j) as f64]);
+    let conditions = [
+        (Edge::Top, EdgeCondition::Flux(1e8)),
+        (Edge::Bottom, EdgeCondition::Held(5.0)),
+        (Edge::Left, EdgeCondition::Film([1e4, 20.0])),
+    ];
+    let turned = conditions.map(|(edge, of)| (edge.turned_over(), of));
+    let bodies = [
+        HeatBody::new(&mesh, numbers(3e-6), &conditions),
+        HeatBody::above_bottom(&mesh.turned_over(), numbers(3e-6), &turned),
+    ];
+    let found = [0, 1].map(|k| {
+        let (body, mut field) = (&bodies[k], bodies[k].at_start());
+        field.inner = vec![0.0; 8 * 4];
+        field.inner[4 * if k == 0 { 2 } else { 5 } + 1] = 1e-6;
+        march(body, &mut field, 50, 1e-6);
+        let row = |row: usize, count: usize| if k == 0 { row } else { count - 1 - row };
+        let nodes = (0..9).map(|j| body.rise(&field, [1, row(j, 9)]));
+        let means = (0..8).map(|j| body.mean_rise(&field, [1, row(j, 8)]));
+        (nodes.chain(means).collect::<Vec<f64>>(), field.conducted)
+    });
+    assert!(found[0].0[0] > 10.0);
+    assert_eq!(found[0], found[1]);
+}
+
 /// Rate of decay of a slab of this many elements between two held edges, over kappa (pi/L)^2, less 1.
 fn error_of_decay(count: usize, edges: [Edge; 2]) -> f64 {
     let (long, size) = (1e-3, 1e-3 / count as f64);
@@ -574,10 +602,7 @@ fn heat_without_a_mesh_a_time_or_a_way_is_refused() {
             "heat.edges.top",
         ),
         (json!({"heat": {"finest_m": 1e-3}}), "heat.finest_m"),
-        (
-            json!({"mesh": {"contact_edge": "bottom"}, "wheel": null, "contact": null}),
-            "heat",
-        ),
+        (json!({"mesh": {"contact_edge": "bottom"}}), "heat"),
         (
             with(json!({"heat": {"wheel_share": 0.5}}), wheelless.clone()),
             "heat.wheel_share",

@@ -49,6 +49,8 @@ pub enum EdgeCondition {
 pub struct HeatBody {
     /// Vertices in a row.
     columns: usize,
+    /// True where its rows count from the lower edge of the mesh.
+    turned_over: bool,
     /// Abscissae of the columns (m).
     x: Vec<f64>,
     periodic: bool,
@@ -142,6 +144,22 @@ pub struct ColumnFactors {
 }
 
 impl HeatBody {
+    /// The vertices of a structured mesh whose layers lie above its lower edge: the upper one of the body [turned over](Mesh::turned_over).
+    pub fn above_bottom(
+        mesh: &Mesh,
+        numbers: HeatNumbers,
+        conditions: &[(Edge, EdgeCondition)],
+    ) -> HeatBody {
+        let turned = conditions
+            .iter()
+            .map(|(edge, of)| (edge.turned_over(), *of));
+        let turned: Vec<_> = turned.collect();
+        HeatBody {
+            turned_over: true,
+            ..HeatBody::new(&mesh.turned_over(), numbers, &turned)
+        }
+    }
+
     /// The vertices of a structured mesh; an earlier condition takes precedence in a corner.
     pub fn new(
         mesh: &Mesh,
@@ -163,6 +181,7 @@ impl HeatBody {
         let columns = mesh.columns + usize::from(!mesh.periodic);
         let mut body = HeatBody {
             columns,
+            turned_over: false,
             x: (0..columns).map(|i| mesh.point(i, 0)[0]).collect(),
             periodic: mesh.periodic,
             firsts,
@@ -375,11 +394,22 @@ impl HeatBody {
 
     /// Rise at node (column, row) of the mesh (K).
     pub fn rise(&self, field: &HeatField, [column, row]: [usize; 2]) -> f64 {
-        field.rises[self.firsts[row] * self.columns + column % self.columns]
+        let row = self.firsts[self.row(row, self.firsts.len())];
+        field.rises[row * self.columns + column % self.columns]
+    }
+
+    /// Its row for one of `count` rows of the mesh.
+    fn row(&self, row: usize, count: usize) -> usize {
+        if self.turned_over {
+            count - 1 - row
+        } else {
+            row
+        }
     }
 
     /// Mean rise of element (column, row) of the mesh (K).
     pub fn mean_rise(&self, field: &HeatField, [column, row]: [usize; 2]) -> f64 {
+        let row = self.row(row, self.firsts.len() - 1);
         let next = if column + 1 < self.columns {
             column + 1
         } else {
@@ -480,8 +510,9 @@ impl HeatBody {
         let element_rows = self.firsts.len() - 1;
         let stride = inner.len() / element_rows;
         let elements = self.columns - usize::from(!self.periodic);
-        for (j, row) in inner.chunks_exact_mut(stride.max(1)).enumerate() {
-            for (i, heat) in row.iter_mut().enumerate().take(elements) {
+        for (row, heats) in inner.chunks_exact_mut(stride.max(1)).enumerate() {
+            let j = self.row(row, element_rows);
+            for (i, heat) in heats.iter_mut().enumerate().take(elements) {
                 let quarter = 0.25 * std::mem::take(heat);
                 let next = if i + 1 < self.columns { i + 1 } else { 0 };
                 for layer in self.firsts[j]..self.firsts[j + 1] {

@@ -67,6 +67,15 @@ impl Edge {
             .map(|(_, edge)| *edge)
     }
 
+    /// The edge that it is once the mesh is [turned over](Mesh::turned_over).
+    pub fn turned_over(self) -> Edge {
+        match self {
+            Edge::Top => Edge::Bottom,
+            Edge::Bottom => Edge::Top,
+            Edge::Left | Edge::Right => self,
+        }
+    }
+
     /// Its name.
     pub fn name(self) -> &'static str {
         let mut all = Edge::ALL.iter().filter(|(_, edge)| *edge == self);
@@ -90,6 +99,15 @@ impl Mesh {
             connectivity: None,
             ratio_columns: 1.0,
             ratio_rows: 1.0,
+        }
+    }
+
+    /// A structured mesh turned over: its lower edge is the upper one.
+    pub fn turned_over(&self) -> Mesh {
+        let rows = self.points.chunks_exact(self.columns + 1).rev();
+        Mesh {
+            points: rows.flatten().map(|[x, y]| [*x, -y]).collect(),
+            ..self.clone()
         }
     }
 

@@ -300,19 +300,25 @@ impl FemConfig {
         let Some(heat) = &self.heat else {
             return Ok(());
         };
-        let graded = match &self.mesh {
-            MeshSource::Graded(mesh) => mesh.contact_edge == ContactEdge::Top,
-            MeshSource::Gmsh(_) => false,
+        let edge = match &self.mesh {
+            MeshSource::Graded(mesh) => Some(mesh.contact_edge),
+            MeshSource::Gmsh(_) => None,
         };
         let wheel = self.wheel.as_ref();
         let moves = wheel.is_some_and(|wheel| wheel.rolling.is_some() || wheel.cycles > 0.0);
         let ends = ["left", "right"].map(|end| heat.edges.contains_key(end));
         let refusals = [
             (
-                !graded,
+                edge.is_none(),
                 "heat",
-                "needs a structured mesh whose contact edge is the upper one: its layers lie below this edge",
+                "needs a structured mesh: its layers lie at the contact edge",
                 "give mesh.width_m and the other sizes, or remove `heat`",
+            ),
+            (
+                edge == Some(ContactEdge::Bottom) && self.wheel.is_some(),
+                "heat",
+                "has its layers at the contact edge, and the wheel acts on the upper edge",
+                "take mesh.contact_edge = \"top\", or remove `heat`",
             ),
             (
                 self.analysis == Analysis::Static && !moves,

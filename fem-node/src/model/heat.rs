@@ -2,7 +2,7 @@
 
 use fem_kernel::heat::{ColumnFactors, HeatBody, HeatField, HeatNumbers};
 use fem_kernel::material::Elastic;
-use fem_kernel::mesh::Mesh;
+use fem_kernel::mesh::{Edge, Mesh};
 use kit::ConfigError;
 use kit::finding::heat_coarseness;
 use kit::keys::refuse_if;
@@ -10,14 +10,15 @@ use kit::table::{LoadTable, load_at};
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
-use crate::config::choice::Plane;
+use crate::config::choice::{ContactEdge, Plane};
 use crate::config::keys::FemConfig;
+use crate::config::mesh::MeshSource;
 
 kit::results! {
     /// # Signals
-    /// - `surface_temperature_max_k`: Highest temperature of the upper edge of a body.
+    /// - `surface_temperature_max_k`: Highest temperature of the contact edge of a body.
     /// # Heat
-    /// - `surface_temperature_peak_k`: Highest temperature that the upper edge of a body had.
+    /// - `surface_temperature_peak_k`: Highest temperature that the contact edge of a body had.
     /// - `surface_temperature_peak_s`: When it had it.
     /// - `surface_temperature_peak_x_m`: Where it had it.
     /// - `heat_plastic_j`: Heat by plastic flow.
@@ -40,6 +41,8 @@ const LAYERS: f64 = 64.0;
 #[derive(Clone, Debug)]
 pub(crate) struct BodyHeat {
     pub(crate) body: HeatBody,
+    /// The edge with its layers.
+    pub(crate) surface: Edge,
     /// Temperature at the start (K).
     pub(crate) start: f64,
     /// Own steps from one step of heat to the next.
@@ -102,7 +105,15 @@ impl BodyHeat {
         let Some(heat) = &config.heat else {
             return Ok(None);
         };
-        let first = mesh.point(0, 0)[1] - mesh.point(0, 1)[1];
+        let surface = match &config.mesh {
+            MeshSource::Graded(mesh) if mesh.contact_edge == ContactEdge::Bottom => Edge::Bottom,
+            _ => Edge::Top,
+        };
+        let row = match surface {
+            Edge::Bottom => mesh.rows - 1,
+            _ => 0,
+        };
+        let first = mesh.point(0, row)[1] - mesh.point(0, row + 1)[1];
         refuse_if(
             heat.finest_m.is_some_and(|finest| finest > first),
             "heat.finest_m",
@@ -122,10 +133,13 @@ impl BodyHeat {
             Plane::Stress => 1.0,
         };
         let stiffness = (c11 + c12) * across * heat.alpha_per_k.unwrap_or(0.0);
-        let mut body = HeatBody::new(mesh, numbers, &heat.conditions()?).over_temperature(
-            heat.start_k,
-            [&heat.conductivity_factor, &heat.capacity_factor],
-        );
+        let new = match surface {
+            Edge::Bottom => HeatBody::above_bottom,
+            _ => HeatBody::new,
+        };
+        let tables = [&heat.conductivity_factor, &heat.capacity_factor];
+        let mut body =
+            new(mesh, numbers, &heat.conditions()?).over_temperature(heat.start_k, tables);
         if let Some(wheel) = &heat.wheel_half_space {
             let rise = wheel.start_k - heat.start_k;
             let wheel = [wheel.effusivity_w_s05_per_m2_k, rise];
@@ -133,6 +147,7 @@ impl BodyHeat {
         }
         Ok(Some(BodyHeat {
             body,
+            surface,
             start: heat.start_k,
             every: heat.every_steps.map_or_else(
                 || {

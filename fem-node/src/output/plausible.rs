@@ -60,7 +60,7 @@ kit::findings! {
     ///
     /// - Why: heat has entered less deep than the first layer is thick.
     /// - Do: make `heat.finest_m` smaller; at an edge other than the upper one, the elements.
-    /// - Judged: Fall of the temperature over the uppermost layer when the upper edge was hottest, or beside a held edge at the end, over the largest rise.
+    /// - Judged: Fall of the temperature over the outermost layer when the contact edge was hottest, or beside a held edge at the end, over the largest rise.
     /// - Valid: 0.04 (`wheel-rail-heat`).
     /// - Wrong: 0.86 (`heat/half-space` without layers, 24 % too cold).
     THERMAL_DEPTH = "thermal_depth": thermal_depth_rel in fem = [0.3, 0.8];
@@ -76,7 +76,7 @@ kit::findings! {
     ///
     /// - Why: insulated edges keep the heat, or a property or a speed has another unit.
     /// - Do: give `heat.edges`, or look at the units.
-    /// - Judged: Highest temperature of the upper edge (K); steel melts at 1 800 K.
+    /// - Judged: Highest temperature of the contact edge (K); steel melts at 1 800 K.
     /// - Valid: 692 (`heat/moving-source`).
     /// - Wrong: 12456 (the same with its capacity in J/(g K)).
     SURFACE_TEMPERATURE = "surface_temperature": surface_temperature_k in fem = [1500.0, 1e4];
@@ -161,15 +161,15 @@ pub(crate) fn heat(model: &Model, state: Option<&HeatState>, lost: [f64; 2]) -> 
         judge!(model.plausible => HEAT_BALANCE, balance;
             "{balance:.1e} of the heat was lost, or made without a loss: an error of the program, please report it"),
         judge!(model.plausible => THERMAL_DEPTH, fall;
-            "when the upper edge was hottest, at t = {t:.3e} s and x = {x:.3e} m, {fall:.2} of its rise lay in the uppermost layer: make heat.finest_m smaller"),
+            "when the contact edge was hottest, at t = {t:.3e} s and x = {x:.3e} m, {fall:.2} of its rise lay in the outermost layer: make heat.finest_m smaller"),
         judge!(model.plausible => THERMAL_DEPTH, beside;
-            "{beside:.2} of the largest rise lies between a held edge and the nodes beside it: make heat.finest_m smaller at the upper edge, or the elements at others"),
+            "{beside:.2} of the largest rise lies between a held edge and the nodes beside it: make heat.finest_m smaller at the contact edge, or the elements at others"),
         judge!(model.plausible => HEAT_STEPS, heat.coarseness(state);
             "heat passed in few steps, and each mixes what happens within: lower heat.every_steps"),
         judge!(model.plausible => HEAT_EXCHANGE, jump;
             "exchanges of heat were few, or a temperature of the coupled surface changed by {jump:.2} of their range from one to the next: lower heat_every_windows of its interface"),
         judge!(model.plausible => SURFACE_TEMPERATURE, peak;
-            "the upper edge had {peak:.0} K at t = {t:.3e} s and x = {x:.3e} m, far beyond solids with one capacity and conductivity: give heat.edges, or look at the units of heat"),
+            "the contact edge had {peak:.0} K at t = {t:.3e} s and x = {x:.3e} m, far beyond solids with one capacity and conductivity: give heat.edges, or look at the units of heat"),
     ];
     found.into_iter().flatten().collect()
 }
