@@ -201,7 +201,7 @@ impl Node for Dem {
         };
         let bases = ["base", "lid"].map(|name| law.held_by_name(name));
         if bases.into_iter().flatten().next().is_some() {
-            let why = "the interface gives the temperatures of base and lid, and heat.held_k holds one of them: remove it there";
+            let why = "the interface gives the temperatures of base and lid, and heat.held_k or heat.half_spaces has one of them: remove it there";
             return Err(NodeError::of(Cause::ConflictingKeys, why.to_string()));
         }
         require_numbers("a temperature of a glued disk", window, temperature)?;

@@ -5,6 +5,9 @@
 //!   (O)(O)...(O)     m c T_i' = H (T_i-1 - 2 T_i + T_i+1), its steady state and its modes
 //!    glued, T_r
 //! ```
+//! Half-spaces on both sides are compared with Carslaw and Jaeger (1959): they meet at (b1 T1 + b2 T2)/(b1 + b2) (section 2.15), share a source by their
+//! effusivities b, and warm through a film as in section 2.7.
+//!
 //! The conductance of a contact is compared with the Fourier series of a disk with a source and a sink on its rim.
 
 use std::f64::consts::PI;
@@ -14,7 +17,9 @@ use dem_node::Dem;
 use protocol::Node;
 use serde_json::{Value, json};
 
-use crate::dem_support::{build, close, march, mass, on_floor, refusal, scene, setting};
+use crate::dem_support::{
+    build, close, march, mass, on_floor, refusal, scene, setting, window, with,
+};
 use crate::vtk_file::array;
 
 /// Radius of the disks (m).
@@ -238,9 +243,213 @@ fn a_cluster_takes_its_half_or_nothing() {
     }
 }
 
+/// The keys of a half-space on the area of a disk's diameter.
+fn half_space(effusivity: f64, start: f64) -> Value {
+    json!({"effusivity_w_s05_per_m2_k": effusivity, "start_k": start, "length_m": 2.0 * R})
+}
+
+/// Area of these half-spaces (m2).
+const AREA: f64 = 2.0 * R * 1e-3;
+
+/// Three disks between half-spaces of other effusivities: once the heat that has passed exceeds theirs, the surfaces meet at (b1 T1 + b2 T2)/(b1 + b2).
+/// After 1 s the contacts, of the resistance R = 4/H together, keep A R/((1/b1 + 1/b2) sqrt(pi t)) = 0.07 % of the difference, and the disks 0.14 % of the
+/// heat.
+#[test]
+fn half_spaces_meet_at_the_temperature_of_their_effusivities() {
+    let ([b1, b2], [t1, t2]) = ([12e3, 4e3], [300.0, 500.0]);
+    let spaces = json!({"base": half_space(b1, t1), "wheel": half_space(b2, t2)});
+    for every in [1, 3] {
+        let keys = json!({"capacity_j_per_kg_k": 5.0, "conductance_w_per_k": 2.0, "half_spaces": spaces, "every_steps": every});
+        let mut dem = build(&column(3, 1e-3, heat(keys)));
+        march(&mut dem, 0, 1000);
+        let met = (b1 * t1 + b2 * t2) / (b1 + b2);
+        for name in [
+            "half_space_base_k",
+            "half_space_wheel_k",
+            "temperature_end_k",
+        ] {
+            close(name, result(&mut dem, name), met, 0.01 * (t2 - t1));
+        }
+        let passed = b1 * b2 / (b1 + b2) * (t2 - t1) * 2.0 / PI.sqrt() * AREA;
+        for (name, sign) in [("heat_to_base_j", 1.0), ("heat_to_wheel_j", -1.0)] {
+            close(name, result(&mut dem, name), sign * passed, 0.01 * passed);
+        }
+        close("balance", result(&mut dem, "heat_balance_rel"), 0.0, 1e-12);
+    }
+}
+
+/// A disk that a belt presses against a wall, at which it does not slip: the belt rubs it with mu m g/(1 - mu). Belt and wall are half-spaces of one
+/// temperature and share the heat by their effusivities, however contacts halve it; without conduction the belt has its half alone.
+#[test]
+fn half_spaces_share_a_source_by_their_effusivities() {
+    let (mu, g, speed, [b1, b2]) = (0.3, 1e4, 1.0, [12e3, 4e3]);
+    for (conductance, shares, warmed) in [
+        (2.0, [b1 / (b1 + b2), b2 / (b1 + b2)], [1.0; 2]),
+        (0.0, [0.5, 0.0], [0.5 * (b1 + b2) / b1, 0.0]),
+    ] {
+        let disks = json!([{"x_m": 0.0, "y_m": R, "radius_m": R}]);
+        let walls = json!([{"name": "belt", "x_m": 0.0, "y_m": 0.0, "nx": 0.0, "ny": 1.0, "velocity_m_per_s": [speed, 0.0]},
+            {"name": "wall", "x_m": R, "y_m": 0.0, "nx": -1.0, "ny": 0.0}]);
+        let sample = json!({"kind": "disks", "disks": disks, "walls": walls});
+        let pairs = json!([{"between": ["grains", "wall"], "friction": 1.5}]);
+        let spaces = json!({"belt": half_space(b1, START), "wall": half_space(b2, START)});
+        let mut keys = heat(
+            json!({"capacity_j_per_kg_k": 5.0, "conductance_w_per_k": conductance, "half_spaces": spaces, "every_steps": 4}),
+        );
+        keys["gravity_m_per_s2"] = json!([0.0, -g]);
+        let law = json!({"kind": "coulomb", "friction": mu, "pairs": pairs});
+        let mut dem = build(&scene(law, 1e-3, sample, keys));
+        let made = march(&mut dem, 0, 1000).energy("friction");
+        close(
+            "source",
+            made,
+            mu * mass(R) * g / (1.0 - mu) * speed,
+            0.01 * made,
+        );
+        // Of both half-spaces under the whole flux.
+        let rise = 2.0 * made / AREA / PI.sqrt() / (b1 + b2);
+        for ((name, share), warmed) in ["belt", "wall"].into_iter().zip(shares).zip(warmed) {
+            let into = result(&mut dem, &format!("heat_to_{name}_j"));
+            close(name, into, share * made, 0.005 * made);
+            let at = result(&mut dem, &format!("half_space_{name}_k")) - START;
+            close(name, at, warmed * rise, 0.01 * rise);
+        }
+        close("balance", result(&mut dem, "heat_balance_rel"), 0.0, 1e-12);
+    }
+}
+
+/// A disk whose capacity keeps it 100 K hotter warms a half-space through its contact by 100 K (1 - exp(x^2) erfc(x)), x = H sqrt(t)/(A b): at first by
+/// 2 q sqrt(t/pi)/b, as a constant flux does.
+#[test]
+fn a_hot_disk_warms_a_half_space_through_its_contact() {
+    for (conductance, every) in [(1e-6, 1), (3e-3, 1), (3e-3, 5), (0.1, 2)] {
+        let (b, steps, step) = (12e3, 1000, 1e-3);
+        let mut keys = heat(
+            json!({"capacity_j_per_kg_k": 1e30, "conductance_w_per_k": conductance, "start_k": START + 100.0, "every_steps": every}),
+        );
+        keys["heat"]["half_spaces"] = json!({"floor": half_space(b, START)});
+        let disk = json!([{"x_m": 0.0, "y_m": R, "radius_m": R}]);
+        let law = json!({"kind": "signorini"});
+        let mut dem = on_floor(law, step, 9.81, disk, &keys);
+        march(&mut dem, 0, steps);
+        let time = f64::from(steps) * step;
+        let x = conductance * time.sqrt() / (AREA * b);
+        let points = (0..60_000).map(|k| 1e-4 * (f64::from(k) + 0.5));
+        let left: f64 = points.map(|u| (-u * u - 2.0 * x * u).exp()).sum();
+        let rise = 100.0 * (1.0 - 2.0 / PI.sqrt() * 1e-4 * left);
+        let found = result(&mut dem, "half_space_floor_k") - START;
+        close("rise", found, rise, 2e-3 * rise);
+        if conductance < 1e-5 {
+            let flux = 100.0 * conductance / AREA;
+            close(
+                "flux",
+                found,
+                2.0 * flux * (time / PI).sqrt() / b,
+                2e-3 * rise,
+            );
+        }
+    }
+}
+
+/// A disk that slides until it rolls, with a capacity that doubles over 100 K: x + x^2/200 is its heat over m c.
+#[test]
+fn heat_warms_a_disk_by_the_integral_of_its_capacity() {
+    let disk = json!([{"x_m": 0.0, "y_m": R, "radius_m": R, "vx_m_per_s": 0.1}]);
+    let keys = heat(
+        json!({"capacity_j_per_kg_k": 2e-5, "capacity_factor": [[300.0, 1.0], [400.0, 2.0]], "conductance_w_per_k": 0.0}),
+    );
+    let law = json!({"kind": "coulomb", "friction": 0.3});
+    let mut dem = on_floor(law, 1e-5, 9.81, disk, &keys);
+    let report = march(&mut dem, 0, 2000);
+    let joules = report.energy("friction") + report.energy("impact");
+    let heat = joules / (mass(R) * 2e-5);
+    let rise = 100.0 * ((1.0 + heat / 50.0).sqrt() - 1.0);
+    assert!(rise > 50.0 && rise < 100.0, "{rise}");
+    close(
+        "rise",
+        report.signal("temperature_max_k") - START,
+        rise,
+        1e-7 * rise,
+    );
+    let peak = result(&mut dem, "temperature_peak_k") - START;
+    close("peak", peak, rise, 1e-7 * rise);
+    close(
+        "stored",
+        result(&mut dem, "heat_stored_j"),
+        joules,
+        1e-12 * joules,
+    );
+    close("balance", result(&mut dem, "heat_balance_rel"), 0.0, 1e-12);
+}
+
+/// A disk between ends 100 K hotter, with this capacity: C x' = 2 H (100 - x), that is 2 ln(100/s) - (100 - s)/100 = 2 H t/(m c) with s = 100 - x.
+#[test]
+fn a_capacity_that_grows_slows_conduction() {
+    let ends = json!({"base": START + 100.0, "wheel": START + 100.0});
+    let keys = json!({"held_k": ends, "capacity_factor": [[300.0, 1.0], [400.0, 2.0]]});
+    let (step, steps) = (1e-5, 400);
+    let mut dem = build(&column(1, step, heat(keys)));
+    let report = march(&mut dem, 0, steps);
+    let left = START + 100.0 - report.signal("temperature_mean_k");
+    let found = 2.0 * (100.0 / left).ln() - (100.0 - left) / 100.0;
+    let exact = 2.0 * CONDUCTANCE * step * f64::from(steps) / (mass(R) * CAPACITY);
+    close("time", found, exact, 2e-3 * exact);
+    close("balance", result(&mut dem, "heat_balance_rel"), 0.0, 1e-12);
+}
+
+/// Five disks between 300 and 400 K, with a conductance that triples between: x + x^2/100 is linear along the column (Kirchhoff 1894), since the factor at
+/// the mean of two temperatures is its mean between them.
+#[test]
+fn a_conductivity_over_temperature_bends_the_column() {
+    let ends = json!({"held_k": {"base": 300.0, "wheel": 400.0}, "conductivity_factor": [[300.0, 1.0], [400.0, 3.0]],
+        "capacity_factor": [[300.0, 1.0], [400.0, 2.0]]});
+    let mut dem = build(&column(5, 0.015, heat(ends)));
+    march(&mut dem, 0, 3000);
+    let before = result(&mut dem, "heat_to_base_j");
+    let report = march(&mut dem, 3000, 300);
+    let rise = |k: usize| 50.0 * ((1.0 + 8.0 * k as f64 / 6.0).sqrt() - 1.0);
+    let mean = (1..6).map(rise).sum::<f64>() / 5.0;
+    close(
+        "mean",
+        report.signal("temperature_mean_k"),
+        START + mean,
+        1e-8,
+    );
+    close(
+        "highest",
+        report.signal("temperature_max_k"),
+        START + rise(5),
+        1e-8,
+    );
+    let flow = CONDUCTANCE * 200.0 / 6.0 * 300.0 * 0.015;
+    let after = result(&mut dem, "heat_to_base_j");
+    close("flow", after - before, flow, 1e-9 * flow);
+    let content = (1..6).map(|k| rise(k) + rise(k).powi(2) / 200.0);
+    let stored = mass(R) * CAPACITY * content.sum::<f64>();
+    close(
+        "stored",
+        result(&mut dem, "heat_stored_j"),
+        stored,
+        1e-9 * stored,
+    );
+    close("balance", result(&mut dem, "heat_balance_rel"), 0.0, 1e-12);
+}
+
 #[test]
 fn a_checkpoint_keeps_the_temperatures() {
-    let keys = || heat(json!({"held_k": {"base": 320.0, "wheel": 400.0}, "every_steps": 3}));
+    a_checkpoint_keeps(json!({"held_k": {"base": 320.0, "wheel": 400.0}, "every_steps": 3}));
+}
+
+#[test]
+fn a_checkpoint_keeps_half_spaces_and_contents() {
+    a_checkpoint_keeps(
+        json!({"half_spaces": {"base": half_space(4e3, 320.0)}, "held_k": {"wheel": 400.0}, "every_steps": 3,
+        "capacity_factor": [[300.0, 1.0], [400.0, 2.0]], "conductivity_factor": [[300.0, 1.0], [400.0, 2.0]]}),
+    );
+}
+
+fn a_checkpoint_keeps(more: Value) {
+    let keys = || heat(more.clone());
     let mut whole = build(&column(3, 1e-3, keys()));
     march(&mut whole, 0, 4);
     let state = whole.checkpoint().expect("it is written");
@@ -251,8 +460,9 @@ fn a_checkpoint_keeps_the_temperatures() {
         march(&mut rest, 4, 4).signal("temperature_mean_k"),
         expected
     );
-    let [one, other] = [&mut whole, &mut rest].map(|dem| dem.finish().expect("it ends").state_hash);
-    assert_eq!(one, other);
+    let [one, other] = [&mut whole, &mut rest].map(|dem| dem.finish().expect("it ends"));
+    assert_eq!(one.state_hash, other.state_hash);
+    assert_eq!(one.results, other.results);
 }
 
 #[test]
@@ -273,10 +483,68 @@ fn heat_without_its_numbers_is_refused() {
         (json!({"start_k": 0.0}), "heat.start_k"),
         (json!({"held_k": {"lid": 300.0}}), "wheel, base"),
         (json!({"held_k": {"base": -1.0}}), "heat.held_k.base"),
+        (
+            json!({"half_spaces": {"lid": half_space(1.0, 300.0)}}),
+            "heat.half_spaces.lid",
+        ),
+        (
+            json!({"half_spaces": {"base": half_space(1.0, 300.0)}, "held_k": {"base": 300.0}}),
+            "heat.half_spaces.base",
+        ),
+        (
+            json!({"half_spaces": {"base": half_space(0.0, 300.0)}}),
+            "heat.half_spaces.base.effusivity_w_s05_per_m2_k",
+        ),
+        (
+            json!({"half_spaces": {"base": {"start_k": 300.0}}}),
+            "effusivity",
+        ),
+        (
+            json!({"capacity_factor": [[300.0, 0.0]]}),
+            "factors above 0",
+        ),
+        (
+            json!({"conductivity_factor": [[300.0, -0.1]]}),
+            "no less than 0",
+        ),
+        (
+            json!({"conductivity_factor": []}),
+            "heat.conductivity_factor",
+        ),
     ];
     for (more, word) in words {
         let message = refused(more);
         assert!(message.contains(word), "{message}");
+    }
+}
+
+/// A coupler that gives the temperature of a glued disk finds no other one there.
+#[test]
+fn a_surface_has_its_temperature_from_one_side() {
+    for (more, is_free) in [
+        (json!({"held_k": {"base": 300.0}}), false),
+        (
+            json!({"half_spaces": {"base": half_space(1e4, 300.0)}}),
+            false,
+        ),
+        (
+            json!({"half_spaces": {"wheel": half_space(1e4, 300.0)}}),
+            true,
+        ),
+    ] {
+        let mut config = column(1, 1e-3, heat(more));
+        config["time"] = json!({"pressure_pa": 1.0});
+        let mut dem = build(&config);
+        dem.couple("base").expect("it has this set");
+        let given = dem.take_temperatures(&window(0, 1e-3), &[350.0]);
+        let refused = given.err().map(|error| error.to_string());
+        assert_eq!(refused.is_none(), is_free, "{refused:?}");
+        assert!(
+            refused
+                .as_ref()
+                .is_none_or(|why| why.contains("heat.half_spaces")),
+            "{refused:?}"
+        );
     }
 }
 
@@ -325,23 +593,28 @@ fn what_is_warm_holds_less() {
     }
 }
 
-/// A disk of 300 K slides over a floor of 600 K: its friction is 0.7 at the mean of 450 K.
+/// A disk of 300 K slides over a floor of 600 K: its friction is 0.7 at the mean of 450 K. It cools a half-space of no effusivity to 300 K in its first
+/// step, and all others have the whole friction.
 #[test]
 fn a_contact_has_the_mean_of_its_temperatures() {
     let softening = json!({"friction": [[400.0, 1.0], [500.0, 0.4]]});
     let disk = json!([{"x_m": 0.0, "y_m": R, "radius_m": R, "vx_m_per_s": 0.1}]);
     let pairs = json!([{"between": ["grains", "floor"], "friction": 0.3}]);
-    for law in [
-        json!({"kind": "coulomb", "friction": 0.3}),
-        json!({"kind": "coulomb", "friction": 0.1, "pairs": pairs}),
+    let law = json!({"kind": "coulomb", "friction": 0.3});
+    let paired = json!({"kind": "coulomb", "friction": 0.1, "pairs": pairs});
+    let held = json!({"held_k": {"floor": 600.0}});
+    let cooled = json!({"half_spaces": {"floor": half_space(1e-6, 600.0)}});
+    for (law, floor, factor) in [
+        (&law, &held, 0.7),
+        (&paired, &held, 0.7),
+        (&law, &cooled, 0.997),
     ] {
-        let keys = heat(
-            json!({"capacity_j_per_kg_k": 1e30, "conductance_w_per_k": 0.0, "held_k": {"floor": 600.0}, "softening": softening}),
-        );
-        let mut dem = on_floor(law, 1e-5, 9.81, disk.clone(), &keys);
+        let keys = json!({"capacity_j_per_kg_k": 1e30, "conductance_w_per_k": 1.0, "softening": softening});
+        let keys = heat(with(keys, floor));
+        let mut dem = on_floor(law.clone(), 1e-5, 9.81, disk.clone(), &keys);
         march(&mut dem, 0, 100);
         let speed = dem.state().velocities[0][0];
-        close("speed", speed, 0.1 - 0.3 * 0.7 * 9.81 * 1e-3, 1e-12);
+        close("speed", speed, 0.1 - 0.3 * factor * 9.81 * 1e-3, 1e-12);
     }
 }
 

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use dem_kernel::bodies::pairs::GRAINS;
-use dem_kernel::law::heat::{Conduction, HeatLaw, Softening};
+use dem_kernel::law::heat::{Conduction, HalfSpace, HeatLaw, Softening};
 use kit::ConfigError;
+use kit::heat::CapacityTable;
 use kit::keys::refuse_if;
 use kit::table::{LoadTable, check_table};
 use schemars::JsonSchema;
@@ -19,6 +20,8 @@ pub struct HeatConfig {
     /// Heat capacity c of the grains (J/(kg K)), of their true mass.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub capacity_j_per_kg_k: f64,
+    /// Factors above 0 on the heat capacity over temperature, `[[kelvins, factor], ...]`: linear between entries and constant beyond.
+    pub capacity_factor: Option<LoadTable>,
     /// Thermal conductivity k of the grains (W/(m K)). The width of a contact, which sets its conductance, is Hertz's, by `young_pa` and `poisson`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub conductivity_w_per_m_k: Option<f64>,
@@ -31,6 +34,9 @@ pub struct HeatConfig {
     /// Conductance of every contact that presses (W/K), in place of `conductivity_w_per_m_k`.
     #[schemars(range(min = 0.0))]
     pub conductance_w_per_k: Option<f64>,
+    /// Factors on `conductivity_w_per_m_k` or `conductance_w_per_k` over temperature, as of `capacity_factor`: at the mean temperature of the two bodies of
+    /// a contact, before heat passes.
+    pub conductivity_factor: Option<LoadTable>,
     /// Width over which the heat of a contact spreads in a body that is no grain (m): the length of its elements. Such a body resists nothing when
     /// absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -45,12 +51,32 @@ pub struct HeatConfig {
     /// let no heat through.
     #[serde(default)]
     pub held_k: BTreeMap<String, f64>,
+    /// Bodies that are no grains and take heat as half-spaces, by the names of `held_k`, each with its effusivity sqrt(k rho c)
+    /// `effusivity_w_s05_per_m2_k` (W s^0.5/(m2 K)), its temperature at the start `start_k`, and the length of the surface through which heat enters
+    /// `length_m`. The temperature of the surface is uniform, and follows from all heat so far.
+    #[serde(default)]
+    pub half_spaces: BTreeMap<String, HalfSpaceConfig>,
     /// Steps from one conduction to the next; sources act in each step.
     #[serde(default = "one")]
     #[schemars(range(min = 1))]
     pub every_steps: u32,
     /// Dependence of the laws of contacts on temperature; none when absent.
     pub softening: Option<SofteningConfig>,
+}
+
+/// `heat.half_spaces.<body>`: a half-space for heat.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HalfSpaceConfig {
+    /// Effusivity b = sqrt(k rho c) (W s^0.5/(m2 K)).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub effusivity_w_s05_per_m2_k: f64,
+    /// Temperature at the start (K).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub start_k: f64,
+    /// Length of the surface through which heat enters (m), such as the period of a layer; times the thickness it is the area.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub length_m: f64,
 }
 
 /// `heat.softening`: dependence on temperature of `law`, `law.pairs` and the friction of the surface.
@@ -127,13 +153,7 @@ impl SofteningConfig {
             ),
         ];
         for (key, table, has, constant) in tables.into_iter().filter(|table| !table.1.is_empty()) {
-            check_table(key, table)?;
-            let wrong = table
-                .iter()
-                .find(|[kelvins, factor]| *kelvins <= 0.0 || *factor < 0.0);
-            let why =
-                format!("has {wrong:?}, and temperatures are above 0, and factors no less than 0");
-            refuse_if(wrong.is_some(), key, why, "write [[kelvins, factor], ...]")?;
+            check_factors(key, table, false)?;
             refuse_if(
                 !has,
                 key,
@@ -151,9 +171,21 @@ impl SofteningConfig {
     }
 }
 
+/// Refuses a wrong table of factors over temperature, and factors below 0 or, `above` it, of 0.
+fn check_factors(key: &str, table: &LoadTable, above: bool) -> Result<(), ConfigError> {
+    check_table(key, table)?;
+    let is_wrong = |[kelvins, factor]: &&[f64; 2]| {
+        *kelvins <= 0.0 || *factor < 0.0 || (above && *factor == 0.0)
+    };
+    let wrong = table.iter().find(is_wrong);
+    let least = if above { "above" } else { "no less than" };
+    let why = format!("has {wrong:?}, and temperatures are above 0, and factors {least} 0");
+    refuse_if(wrong.is_some(), key, why, "write [[kelvins, factor], ...]")
+}
+
 impl HeatConfig {
-    /// Refuses scenes whose grains come and go, conduction without its numbers, and temperatures of bodies that the scene does not have; `groups` are the
-    /// names of its bodies.
+    /// Refuses scenes whose grains come and go, conduction without its numbers, wrong tables, and temperatures of bodies that the scene does not have;
+    /// `groups` are the names of its bodies.
     pub(super) fn validate(&self, comes_or_goes: bool, groups: &[&str]) -> Result<(), ConfigError> {
         let both = [self.conductivity_w_per_m_k, self.conductance_w_per_k];
         let elastic = self.young_pa.is_some() && self.poisson.is_some();
@@ -187,6 +219,14 @@ impl HeatConfig {
         refusals
             .into_iter()
             .try_for_each(|(holds, key, why, help)| refuse_if(holds, key, why, help))?;
+        for (key, table, above) in [
+            ("heat.capacity_factor", &self.capacity_factor, true),
+            ("heat.conductivity_factor", &self.conductivity_factor, false),
+        ] {
+            if let Some(table) = table {
+                check_factors(key, table, above)?;
+            }
+        }
         let known: Vec<&str> = groups
             .iter()
             .copied()
@@ -199,6 +239,17 @@ impl HeatConfig {
                 &key,
                 format!("is {held}, and a temperature is above 0"),
                 "give kelvins",
+            )?;
+        }
+        let held = self.held_k.keys().map(|name| ("held_k", name));
+        let spaces = self.half_spaces.keys();
+        for (table, name) in held.chain(spaces.map(|name| ("half_spaces", name))) {
+            let key = format!("heat.{table}.{name}");
+            refuse_if(
+                table == "half_spaces" && self.held_k.contains_key(name),
+                &key,
+                "is a half-space, and heat.held_k holds the same body at a temperature",
+                "give one of the two",
             )?;
             refuse_if(
                 !known.contains(&name.as_str()),
@@ -233,8 +284,24 @@ impl HeatConfig {
             },
             (None, conductance) => Conduction::Constant(conductance.unwrap_or(0.0)),
         };
+        let given = |name: &str| {
+            let start = self.half_spaces.get(name).map(|of| of.start_k);
+            self.held_k.get(name).copied().or(start)
+        };
+        let half_spaces = groups.iter().enumerate().filter_map(|(group, name)| {
+            let keys = self.half_spaces.get(*name)?;
+            Some(HalfSpace {
+                group,
+                effusivity: keys.effusivity_w_s05_per_m2_k,
+                area: keys.length_m * thickness,
+                start: keys.start_k,
+            })
+        });
+        let capacity_factor = self.capacity_factor.as_deref().unwrap_or_default();
         HeatLaw {
             capacity: self.capacity_j_per_kg_k,
+            capacity_factor: CapacityTable::new(capacity_factor, self.start_k),
+            conductivity_factor: self.conductivity_factor.clone().unwrap_or_default(),
             conduction,
             start: self.start_k,
             sources: [friction, damping, impact, bonds],
@@ -243,9 +310,10 @@ impl HeatConfig {
                 .iter()
                 .map(|name| {
                     let shown = if name.is_empty() { "walls" } else { name };
-                    (shown.to_string(), self.held_k.get(*name).copied())
+                    (shown.to_string(), given(name))
                 })
                 .collect(),
+            half_spaces: half_spaces.collect(),
             every: self.every_steps,
             softening: self.softening.as_ref().map(|softening| Softening {
                 friction: softening.friction.clone(),

@@ -613,7 +613,7 @@ impl FinishedRun<'_> {
         let heat = &self.state.heat;
         let balance = heat.balance_rel(self.bodies, &self.state.ledger);
         let steps = heat_coarseness(u64::from(law.every), heat.conductions);
-        let (peak, [x, y, t]) = (law.start + heat.peak, heat.peak_at);
+        let (peak, [x, y, t]) = (law.kelvins(heat.peak), heat.peak_at);
         [
             judge!(self.bounds => HEAT_BALANCE, balance;
                 "{balance:.1e} of the heat was lost, or made without a loss of the contacts: an error of the program, please report it"),

@@ -2,7 +2,9 @@
 //! ```text
 //! m c (T' - T) = h sum H (T_j' - T')
 //! ```
-//! m is the true mass, which `mass_scale` does not touch.
+//! m is the true mass, which `mass_scale` does not touch, and c and H have their values at the start. The surface of a half-space of effusivity b is one
+//! more body: its temperature T_w = T_0 + (history + slope q)/b under the flux q = Q/(A h) makes it a capacity A b h/slope, which starts at
+//! T_0 + history/b ([`kit::heat`]). The heat Q since the last conduction enters with the heat of this one.
 
 use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
@@ -39,6 +41,56 @@ impl Stepper {
     fn conduct(&mut self, state: &mut GrainState, bodies: &Bodies, law: &HeatLaw) {
         let (_, time) = std::mem::take(&mut state.heat.waited);
         state.heat.conductions += 1;
+        let contents = state.heat.contents.iter();
+        let mut starts: Vec<f64> = contents.map(|x| law.capacity_factor.rise(*x)).collect();
+        let grains = starts.len();
+        self.link(state, bodies, law, time, &starts);
+        let heat = &mut state.heat;
+        // A disk of a cluster has no heat of its own, and no links.
+        let capacity = |disk: usize| match law.group(disk) {
+            None => bodies.heat_capacity(law, disk),
+            Some(_) => 1.0,
+        };
+        let base: Vec<f64> = (0..grains).map(capacity).collect();
+        let factors = starts.iter().map(|rise| law.capacity_factor.factor(*rise));
+        let mut capacities: Vec<f64> = base.iter().zip(factors).map(|(c, f)| c * f).collect();
+        for (of, (waiting, memory)) in law.half_spaces.iter().zip(&heat.half_spaces) {
+            let [history, slope] = memory.ahead(time);
+            let capacity = of.area * of.effusivity * time / slope;
+            let start = of.start - law.start + history / of.effusivity;
+            starts.push(start + *waiting / capacity);
+            capacities.push(capacity);
+        }
+        let links = &self.links;
+        let ends = links.conducted(&capacities, &starts);
+        // The temperatures follow from the heat that passes at the ends found, so that none is lost.
+        let received = links.received(&ends, 1.0);
+        for (grain, body, beside, h) in &links.outer {
+            heat.give(bodies, law, *body, h * (ends[*grain] - beside));
+        }
+        let all = heat.contents.iter_mut().zip(&received);
+        for ((content, joules), capacity) in all.zip(&base) {
+            *content += joules / capacity;
+        }
+        for (k, of) in law.half_spaces.iter().enumerate() {
+            let (joules, at) = (received[grains + k], grains + k);
+            heat.conducted[of.group] += joules;
+            heat.held[of.group] = Some(starts[at] + joules / capacities[at]);
+            let (waiting, memory) = &mut heat.half_spaces[k];
+            let flux = (std::mem::take(waiting) + joules) / (of.area * time);
+            memory.take(flux, time);
+        }
+    }
+
+    /// Finds the contacts through which heat passes in a time (s), grains having these rises (K); half-spaces have the numbers after theirs.
+    fn link(
+        &mut self,
+        state: &GrainState,
+        bodies: &Bodies,
+        law: &HeatLaw,
+        time: f64,
+        rises: &[f64],
+    ) {
         let links = &mut self.links;
         links.inner.clear();
         links.outer.clear();
@@ -48,39 +100,29 @@ impl Stepper {
             let radius = |k: usize| groups[k].is_none().then(|| bodies.radii[pair[k] as usize]);
             let radii = [radius(0), radius(1)];
             let (force, reduced) = (slot.pressure()[0], bodies.reduced_radius(pair));
-            let h = time * law.conduction.conductance(force, reduced, radii);
+            let conductance = law.conduction.conductance(force, reduced, radii);
+            let h = |a: f64, b: f64| time * conductance * law.conductivity_at(0.5 * (a + b));
             let [a, b] = pair.map(|body| body as usize);
             let (grain, body) = match groups {
                 [None, None] => {
-                    links.inner.push(([a, b], h));
+                    links.inner.push(([a, b], h(rises[a], rises[b])));
                     continue;
                 }
                 [None, Some(_)] => (a, b),
                 [Some(_), None] => (b, a),
                 [Some(_), Some(_)] => continue,
             };
+            let group = groups[0].or(groups[1]);
             let place = (state.centres[grain], &state.surface[..]);
             let body = state.heat.taker(bodies, body, place);
-            if let Some(beside) = state.heat.beside(law, body) {
-                links.outer.push((grain, body, beside, h));
+            let Some(beside) = state.heat.beside(law, body) else {
+                continue;
+            };
+            let h = h(rises[grain], beside);
+            match group.and_then(|group| law.half_space(group)) {
+                Some(k) => links.inner.push(([grain, rises.len() + k], h)),
+                None => links.outer.push((grain, body, beside, h)),
             }
-        }
-        let heat = &mut state.heat;
-        // A disk of a cluster has no heat of its own, and no links.
-        let capacity = |disk: usize| match law.group(disk) {
-            None => bodies.heat_capacity(law, disk),
-            Some(_) => 1.0,
-        };
-        let capacities: Vec<f64> = (0..heat.rises.len()).map(capacity).collect();
-        let ends = links.conducted(&capacities, &heat.rises);
-        // The temperatures follow from the heat that passes at the ends found, so that none is lost.
-        let received = links.received(&ends, 1.0);
-        for (grain, body, beside, h) in &links.outer {
-            heat.give(bodies, law, *body, h * (ends[*grain] - beside));
-        }
-        let grains = heat.rises.iter_mut().zip(&received);
-        for ((t, joules), capacity) in grains.zip(&capacities) {
-            *t += joules / capacity;
         }
     }
 }

@@ -11,14 +11,14 @@ const ITERATIONS_MAX: usize = 1000;
 /// Contacts through which heat passes.
 #[derive(Clone, Debug, Default)]
 pub struct Links {
-    /// Two grains, and h H (J/K).
+    /// Two grains, or a grain and a half-space, and h H (J/K).
     pub inner: Vec<([usize; 2], f64)>,
     /// A grain, a body beside it, the body's rise (K), and h H (J/K).
     pub outer: Vec<(usize, HeatTaker, f64, f64)>,
 }
 
 impl Links {
-    /// Heat that each grain receives at these rises of the temperatures (J); the bodies beside have their rises times `beside`.
+    /// Heat that each grain and half-space receives at these rises of the temperatures (J); the bodies beside have their rises times `beside`.
     pub fn received(&self, rises: &[f64], beside: f64) -> Vec<f64> {
         let mut received = vec![0.0; rises.len()];
         for ([i, j], h) in &self.inner {

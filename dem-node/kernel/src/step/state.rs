@@ -433,7 +433,7 @@ impl GrainState {
         if self.wheel.turn != 0.0 {
             add(self.wheel.turn);
         }
-        if !self.heat.rises.is_empty() {
+        if !self.heat.contents.is_empty() {
             self.heat.numbers().for_each(&mut add);
         }
         self.list.for_each_number(&mut add);

@@ -1,5 +1,6 @@
 //! The temperatures of the grains, and the heat since the start.
 
+use kit::heat::FluxMemory;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +26,7 @@ kit::results! {
     /// - `heat_bonds_j`: Heat by bonds that fail.
     /// - `heat_stored_j`: Heat that the grains, or a body, have gained since the start.
     /// - `heat_to_<group>_j`: Heat that went into the base, the lid, the wheel, a wall or a cluster of this name.
+    /// - `half_space_<group>_k`: Temperature at the end of the surface of this body, which is a half-space for heat.
     /// - `heat_balance_rel`: Heat produced, less stored and conducted away, and less its share of the losses in the ledger, over the sum of their sizes.
 }
 
@@ -49,17 +51,21 @@ impl PairHeat {
 /// The part of the heat that steps change.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Heat {
-    /// Rises of the temperatures of the free grains since the start (K), without the rounding of a temperature; empty without heat.
-    pub rises: Vec<f64>,
+    /// Heat of the free grains since the start over m c (K): the rises of their temperatures where c is constant; empty without heat.
+    pub contents: Vec<f64>,
     /// Heat since the start by friction, dampers, impacts and broken bonds (J).
     pub produced: [f64; 4],
     /// Heat that has left to each group of bodies that are no grains (J).
     pub conducted: Vec<f64>,
     /// Loss in the dampers of driven clusters (J), which are no contacts: it warms nothing.
     pub drives: f64,
-    /// The highest rise so far (K).
+    /// Rises of the groups of bodies that are no grains (K), of those into which heat passes.
+    pub held: Vec<Option<f64>>,
+    /// Heat that half-spaces have taken since the last conduction (J), and what they remember until then.
+    pub half_spaces: Vec<(f64, FluxMemory)>,
+    /// The highest content so far (K).
     pub peak: f64,
-    /// Place and time of the highest rise: x, y (m), t (s).
+    /// Place and time of the highest content: x, y (m), t (s).
     pub peak_at: [f64; 3],
     /// Steps and time (s) since the last conduction.
     pub waited: (u32, f64),
@@ -71,8 +77,8 @@ pub struct Heat {
     pub beside: Vec<f64>,
     /// Heat that each of these points has taken since it was last asked for (J).
     pub given: Vec<f64>,
-    /// Rises of grains and of the boundary's points that the contacts of the last step had, where temperature changes laws.
-    felt: [Vec<f64>; 2],
+    /// Contents of grains, and rises of groups and of the boundary's points that the contacts of the last step had, where temperature changes laws.
+    felt: (Vec<f64>, Vec<Option<f64>>, Vec<f64>),
 }
 
 /// A body that takes heat: its number, and where it is a part of the boundary its two points there, with their shares.
@@ -85,10 +91,17 @@ pub struct HeatTaker {
 impl Heat {
     /// All grains at the temperature of the start.
     pub fn new(law: Option<&HeatLaw>, free: usize) -> Heat {
-        law.map_or(Heat::default(), |law| Heat {
-            rises: vec![0.0; free],
-            conducted: vec![0.0; law.groups.len()],
-            ..Heat::default()
+        law.map_or(Heat::default(), |law| {
+            let held = (0..law.groups.len()).map(|group| law.held(group));
+            let held = Vec::from_iter(held);
+            Heat {
+                contents: vec![0.0; free],
+                conducted: vec![0.0; held.len()],
+                half_spaces: vec![Default::default(); law.half_spaces.len()],
+                felt: (Vec::new(), held.clone(), Vec::new()),
+                held,
+                ..Heat::default()
+            }
         })
     }
 
@@ -109,8 +122,14 @@ impl Heat {
         let sums = self.produced.iter().chain(&self.conducted);
         let waited = [f64::from(self.waited.0), self.waited.1];
         let exchanged = self.beside.iter().chain(&self.given);
-        let all = self.rises.iter().chain(sums).chain(exchanged).copied();
-        all.chain(waited)
+        let all = self.contents.iter().chain(sums).chain(exchanged).copied();
+        let held = self.held.iter().flatten();
+        let held = held.filter(|_| !self.half_spaces.is_empty());
+        let taken = self.half_spaces.iter().flat_map(|(waiting, memory)| {
+            let remembered = memory.numbers().iter();
+            std::iter::once(waiting).chain(remembered)
+        });
+        all.chain(waited).chain(held.chain(taken).copied())
     }
 
     /// Heat that the grains have gained since the start (J).
@@ -118,29 +137,30 @@ impl Heat {
         let Some(law) = &bodies.heat else {
             return 0.0;
         };
-        let grains = self.rises.iter().enumerate();
-        let each = grains.map(|(grain, rise)| bodies.heat_capacity(law, grain) * rise);
+        let grains = self.contents.iter().enumerate();
+        let each = grains.map(|(grain, content)| bodies.heat_capacity(law, grain) * content);
         each.sum()
     }
 
     /// Temperatures of the free disks (K): those in clusters have the cluster's, NaN where no heat passes into it.
     pub fn temperatures(&self, law: &HeatLaw) -> impl Iterator<Item = f64> {
-        let disks = self.rises.iter().enumerate();
-        disks.map(|(disk, rise)| match law.group(disk) {
-            None => law.start + rise,
-            Some(group) => law.held(group).map_or(f64::NAN, |held| law.start + held),
+        let disks = self.contents.iter().enumerate();
+        disks.map(|(disk, content)| match law.group(disk) {
+            None => law.kelvins(*content),
+            Some(group) => law.start + self.held[group].unwrap_or(f64::NAN),
         })
     }
 
     /// Mean temperature of the grains by mass, and the highest (K).
     pub fn mean_and_highest(&self, bodies: &Bodies, law: &HeatLaw) -> [f64; 2] {
-        let disks = self.rises.iter().zip(&bodies.masses).enumerate();
+        let disks = self.contents.iter().zip(&bodies.masses).enumerate();
         let grains = disks.filter(|(disk, _)| law.group(*disk).is_none());
         let [mut mass, mut sum, mut highest] = [0.0, 0.0, f64::NEG_INFINITY];
-        for (_, (rise, m)) in grains {
+        for (_, (content, m)) in grains {
+            let rise = law.capacity_factor.rise(*content);
             mass += m;
             sum += m * rise;
-            highest = larger(highest, *rise);
+            highest = larger(highest, rise);
         }
         [sum / mass, highest].map(|rise| law.start + rise)
     }
@@ -156,7 +176,7 @@ impl Heat {
         let x = bodies.period.map_or(x, |period| period.inside(x));
         let named = [
             ("temperature_end_k", mean),
-            ("temperature_peak_k", law.start + self.peak),
+            ("temperature_peak_k", law.kelvins(self.peak)),
             ("temperature_peak_s", t),
             ("temperature_peak_x_m", x),
             ("temperature_peak_y_m", y),
@@ -170,7 +190,11 @@ impl Heat {
         let to = law.groups.iter().zip(&self.conducted);
         let to = to.map(|((name, _), joules)| (format!("heat_to_{name}_j"), *joules));
         let named = named.map(|(name, value)| (name.to_string(), value));
-        named.into_iter().chain(to).collect()
+        let surfaces = law.half_spaces.iter().filter_map(|of| {
+            let name = format!("half_space_{}_k", law.groups[of.group].0);
+            Some((name, law.start + self.held[of.group]?))
+        });
+        named.into_iter().chain(to).chain(surfaces).collect()
     }
 
     /// Heat produced, less stored and conducted away, and what the shares of the ledger's losses and the heat produced differ by, over the sum of their
@@ -226,8 +250,14 @@ impl Heat {
     /// Heat (J) for a body.
     pub(super) fn give(&mut self, bodies: &Bodies, law: &HeatLaw, to: HeatTaker, joules: f64) {
         match law.group(to.body) {
-            Some(group) => self.conducted[group] += joules,
-            None => self.rises[to.body] += joules / bodies.heat_capacity(law, to.body),
+            Some(group) => {
+                self.conducted[group] += joules;
+                let space = law.half_space(group);
+                if let Some((waiting, _)) = space.map(|k| &mut self.half_spaces[k]) {
+                    *waiting += joules;
+                }
+            }
+            None => self.contents[to.body] += joules / bodies.heat_capacity(law, to.body),
         }
         for (point, share) in to.points.into_iter().flatten() {
             self.given[point] += share * joules;
@@ -262,13 +292,14 @@ impl Heat {
 
     /// Rise of a body beside the grains (K), if heat passes into it.
     pub(super) fn beside(&self, law: &HeatLaw, of: HeatTaker) -> Option<f64> {
-        beside_of(law, &self.beside, of)
+        beside_of(law, (&self.held, &self.beside), of)
     }
 
     /// Keeps the temperatures of a step's start for its contacts, where they change laws.
     pub(super) fn feel(&mut self) {
-        self.felt[0].clone_from(&self.rises);
-        self.felt[1].clone_from(&self.beside);
+        self.felt.0.clone_from(&self.contents);
+        self.felt.1.clone_from(&self.held);
+        self.felt.2.clone_from(&self.beside);
     }
 
     /// The law of a pair that is in contact: at the mean of the temperatures of two bodies that take heat, or at the temperature of one.
@@ -280,10 +311,13 @@ impl Heat {
     ) -> Option<Law> {
         let law = bodies.heat.as_ref()?;
         let softening = law.softening.as_ref()?;
-        let [rises, beside] = &self.felt;
+        let (contents, held, beside) = &self.felt;
         let rise = |body: usize| match law.group(body) {
-            None => Some(rises.get(body).copied().unwrap_or(0.0)),
-            Some(_) => beside_of(law, beside, self.taker(bodies, body, place)),
+            None => {
+                let content = contents.get(body).copied().unwrap_or(0.0);
+                Some(law.capacity_factor.rise(content))
+            }
+            Some(_) => beside_of(law, (held, beside), self.taker(bodies, body, place)),
         };
         let mean = match pair.map(rise) {
             [Some(a), Some(b)] => 0.5 * (a + b),
@@ -301,9 +335,9 @@ impl Heat {
     /// Keeps the highest temperature so far, with its place and time (s).
     pub fn see_peak(&mut self, centres: &[[f64; 2]], time: f64) {
         self.seen = time;
-        for (rise, [x, y]) in self.rises.iter().zip(centres) {
-            if *rise > self.peak {
-                (self.peak, self.peak_at) = (*rise, [*x, *y, time]);
+        for (content, [x, y]) in self.contents.iter().zip(centres) {
+            if *content > self.peak {
+                (self.peak, self.peak_at) = (*content, [*x, *y, time]);
             }
         }
     }
@@ -338,13 +372,18 @@ impl Heat {
     }
 }
 
-fn beside_of(law: &HeatLaw, rises: &[f64], of: HeatTaker) -> Option<f64> {
+/// Rise of a body (K) by the rises of groups and of the boundary's points (K), if heat passes into it.
+fn beside_of(
+    law: &HeatLaw,
+    (held, beside): (&[Option<f64>], &[f64]),
+    of: HeatTaker,
+) -> Option<f64> {
     let mean = |points: [(usize, f64); 2]| {
-        let parts = points.map(|(point, share)| share * rises[point]);
+        let parts = points.map(|(point, share)| share * beside[point]);
         parts[0] + parts[1]
     };
     let group = law.group(of.body)?;
-    of.points.map(mean).or_else(|| law.held(group))
+    of.points.map(mean).or(held[group])
 }
 
 impl Bodies {
