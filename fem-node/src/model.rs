@@ -294,7 +294,7 @@ impl Model {
         if let Some(heat) =
             (self.heat.as_ref()).filter(|_| self.plastic().is_some_and(|j2| j2.softens))
         {
-            let factor = |element| heat.yield_factor(state, element).unwrap_or(1.0);
+            let factor = |element| heat.yield_factor(state, element);
             self.body.soften(&mut body.history, factor);
         }
     }

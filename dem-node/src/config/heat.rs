@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use dem_kernel::bodies::pairs::GRAINS;
 use dem_kernel::law::heat::{Conduction, HalfSpace, HeatLaw, Softening};
 use kit::ConfigError;
-use kit::heat::CapacityTable;
+use kit::heat::{CapacityTable, check_factors};
 use kit::keys::refuse_if;
-use kit::table::{LoadTable, check_table};
+use kit::table::LoadTable;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -21,7 +21,8 @@ pub struct HeatConfig {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub capacity_j_per_kg_k: f64,
     /// Factors above 0 on the heat capacity over temperature, `[[kelvins, factor], ...]`: linear between entries and constant beyond.
-    pub capacity_factor: Option<LoadTable>,
+    #[serde(default)]
+    pub capacity_factor: LoadTable,
     /// Thermal conductivity k of the grains (W/(m K)). The width of a contact, which sets its conductance, is Hertz's, by `young_pa` and `poisson`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub conductivity_w_per_m_k: Option<f64>,
@@ -36,7 +37,8 @@ pub struct HeatConfig {
     pub conductance_w_per_k: Option<f64>,
     /// Factors on `conductivity_w_per_m_k` or `conductance_w_per_k` over temperature, as of `capacity_factor`: at the mean temperature of the two bodies of
     /// a contact, before heat passes.
-    pub conductivity_factor: Option<LoadTable>,
+    #[serde(default)]
+    pub conductivity_factor: LoadTable,
     /// Width over which the heat of a contact spreads in a body that is no grain (m): the length of its elements. Such a body resists nothing when
     /// absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -171,18 +173,6 @@ impl SofteningConfig {
     }
 }
 
-/// Refuses a wrong table of factors over temperature, and factors below 0 or, `above` it, of 0.
-fn check_factors(key: &str, table: &LoadTable, above: bool) -> Result<(), ConfigError> {
-    check_table(key, table)?;
-    let is_wrong = |[kelvins, factor]: &&[f64; 2]| {
-        *kelvins <= 0.0 || *factor < 0.0 || (above && *factor == 0.0)
-    };
-    let wrong = table.iter().find(is_wrong);
-    let least = if above { "above" } else { "no less than" };
-    let why = format!("has {wrong:?}, and temperatures are above 0, and factors {least} 0");
-    refuse_if(wrong.is_some(), key, why, "write [[kelvins, factor], ...]")
-}
-
 impl HeatConfig {
     /// Refuses scenes whose grains come and go, conduction without its numbers, wrong tables, and temperatures of bodies that the scene does not have;
     /// `groups` are the names of its bodies.
@@ -223,9 +213,7 @@ impl HeatConfig {
             ("heat.capacity_factor", &self.capacity_factor, true),
             ("heat.conductivity_factor", &self.conductivity_factor, false),
         ] {
-            if let Some(table) = table {
-                check_factors(key, table, above)?;
-            }
+            check_factors(key, table, above)?;
         }
         let known: Vec<&str> = groups
             .iter()
@@ -297,11 +285,10 @@ impl HeatConfig {
                 start: keys.start_k,
             })
         });
-        let capacity_factor = self.capacity_factor.as_deref().unwrap_or_default();
         HeatLaw {
             capacity: self.capacity_j_per_kg_k,
-            capacity_factor: CapacityTable::new(capacity_factor, self.start_k),
-            conductivity_factor: self.conductivity_factor.clone().unwrap_or_default(),
+            capacity_factor: CapacityTable::new(&self.capacity_factor, self.start_k),
+            conductivity_factor: self.conductivity_factor.clone(),
             conduction,
             start: self.start_k,
             sources: [friction, damping, impact, bonds],

@@ -10,8 +10,8 @@
 //! Finite volumes around the vertices (Patankar 1980, ch. 4): with H = k t w/d between two of them, no temperature leaves the range of its neighbours,
 //! of the edges and of the start. Steps are implicit along the columns, so that the thinnest layer sets no limit.
 
-use kit::heat::{CapacityTable, FluxMemory};
-use kit::table::{LoadTable, load_at};
+use kit::heat::{CapacityTable, FluxMemory, factor_at};
+use kit::table::LoadTable;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
@@ -463,10 +463,8 @@ impl HeatBody {
     /// its heat.
     fn changing_step(&self, field: &mut HeatField, step: f64, added: &[f64]) {
         let (columns, mut now, before) = (self.columns, self.clone(), field.rises.clone());
-        let factor = |a: usize, b: usize| match &self.conductivity[..] {
-            [] => 1.0,
-            table => load_at(table, 0.5 * (before[a] + before[b])),
-        };
+        let mean = |a: usize, b: usize| 0.5 * (before[a] + before[b]);
+        let factor = |a, b| factor_at(&self.conductivity, mean(a, b));
         for (vertex, capacity) in now.capacity.iter_mut().enumerate() {
             *capacity *= self.heats.factor(before[vertex]);
             let below = (vertex + columns).min(before.len() - 1);

@@ -110,14 +110,10 @@ pub struct HeatEdge {
 impl HeatConfig {
     /// Refuses wrong tables over temperature.
     pub(super) fn check_tables(&self) -> Result<(), ConfigError> {
-        let tables = [
-            ("heat.conductivity_factor", &self.conductivity_factor),
-            ("heat.capacity_factor", &self.capacity_factor),
-            ("heat.softening.yield_stress", &self.softening.yield_stress),
-        ];
-        tables
-            .into_iter()
-            .try_for_each(|(key, table)| check_factors(key, table, true))
+        check_factors("heat.conductivity_factor", &self.conductivity_factor, false)?;
+        check_factors("heat.capacity_factor", &self.capacity_factor, true)?;
+        let yields = &self.softening.yield_stress;
+        check_factors("heat.softening.yield_stress", yields, true)
     }
 
     /// The edges with their conditions, temperatures as rises above the start.

@@ -5,8 +5,9 @@ use fem_kernel::material::Elastic;
 use fem_kernel::mesh::{Edge, Mesh};
 use kit::ConfigError;
 use kit::finding::heat_coarseness;
+use kit::heat::factor_at;
 use kit::keys::refuse_if;
-use kit::table::{LoadTable, load_at};
+use kit::table::LoadTable;
 use protocol::larger;
 use serde::{Deserialize, Serialize};
 
@@ -256,10 +257,10 @@ impl BodyHeat {
         now
     }
 
-    /// The factor on the yield stress of an element (column, row), where temperature changes it.
-    pub(crate) fn yield_factor(&self, state: &HeatState, element: [usize; 2]) -> Option<f64> {
-        let kelvins = || self.start + self.body.mean_rise(&state.field, element);
-        (!self.yields.is_empty()).then(|| load_at(&self.yields, kelvins()))
+    /// The factor on the yield stress of an element (column, row).
+    pub(crate) fn yield_factor(&self, state: &HeatState, element: [usize; 2]) -> f64 {
+        let rise = self.body.mean_rise(&state.field, element);
+        factor_at(&self.yields, self.start + rise)
     }
 
     /// True where warmth expands the body.

@@ -87,6 +87,15 @@ impl CapacityTable {
     }
 }
 
+/// A factor at a temperature (K), 1 without entries.
+pub fn factor_at(table: &[[f64; 2]], temperature: f64) -> f64 {
+    if table.is_empty() {
+        1.0
+    } else {
+        load_at(table, temperature)
+    }
+}
+
 /// Refuses a table of factors over temperature with wrong entries; one without entries is valid.
 ///
 /// # Errors

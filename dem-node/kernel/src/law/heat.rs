@@ -12,8 +12,8 @@
 
 use std::f64::consts::PI;
 
-use kit::heat::CapacityTable;
-use kit::table::{LoadTable, load_at};
+use kit::heat::{CapacityTable, factor_at};
+use kit::table::LoadTable;
 
 use crate::law::Law;
 
@@ -83,15 +83,6 @@ impl Softening {
             healing.time *= (self.activation / GAS * (1.0 / temperature - 1.0 / start)).exp();
         }
         law
-    }
-}
-
-/// A factor at a temperature (K), 1 without entries.
-fn factor_at(table: &LoadTable, temperature: f64) -> f64 {
-    if table.is_empty() {
-        1.0
-    } else {
-        load_at(table, temperature)
     }
 }
 
