@@ -435,14 +435,14 @@ fn elastic(config: &FemConfig) -> Elastic {
 
 /// The law, unless it is linear elasticity in small strain.
 fn law(config: &FemConfig, elastic: &Elastic) -> Option<NonlinearLaw> {
-    let (material, softening) = (&config.material, config.heat.as_ref());
+    let (material, heat) = (&config.material, config.heat.as_ref());
     match (material.law(), config.kinematics) {
         (MaterialKind::J2, _) => Some(NonlinearLaw::Plastic(J2 {
             mu: elastic.c33,
             yield_stress: material.yield_pa?,
             isotropic: material.hardening_pa.unwrap_or(0.0),
             kinematic: material.kinematic_hardening_pa.unwrap_or(0.0),
-            softens: softening.is_some_and(|heat| !heat.softening.yield_stress.is_empty()),
+            softens: heat.is_some_and(|heat| heat.softening.is_some()),
         })),
         (MaterialKind::Elastic, Kinematics::Corotational) => Some(NonlinearLaw::Corotational),
         (MaterialKind::Elastic, Kinematics::Small) => None,

@@ -327,14 +327,14 @@ fn a_wheel_that_slides_over_a_rail_has_the_flash_temperature_of_jaeger() {
 fn the_slip_under_a_wheel_becomes_heat_of_both() {
     let keys = json!({"heat": {"wheel_share": 0.25, "sources": {"friction": 0.8},
                                "edges": {"bottom": {"held_k": 300.0}}}});
-    let mut moving = node(&with(
-        rail(),
-        with(keys.clone(), json!({"start": "static"})),
-    ));
+    // It expands all it can, so that the work of its thermal stresses shows in the balance.
+    let expands = json!({"start": "static", "heat": {"alpha_per_k": 1e-4, "every_steps": 7}});
+    let mut moving = node(&with(rail(), with(keys.clone(), expands)));
     let report = moving
         .advance_alone(&window(0, 3000))
         .expect("it is stable");
     let lost = reported(&moving, &report, "friction");
+    assert!(crate::fem_wheel::balance(&moving, &report) < 1e-11);
     let mut still = in_equilibrium(with(keys, json!({"statics": {"increment_n": 300.0}})));
     still.advance_alone(&window(0, 40)).expect("it converges");
     let (moving, still) = (results(&mut moving), results(&mut still));
@@ -382,7 +382,7 @@ fn a_half_space_whose_properties_grow_has_the_transform_of_the_linear_one() {
     let mesh = strip([2, 8], [1e-4, 2e-4]);
     let flux = [(Edge::Top, EdgeCondition::Flux(1e8))];
     let table = vec![[300.0, 1.0], [700.0, 3.0]];
-    let body = HeatBody::new(&mesh, numbers(3e-6), &flux).over_temperature(300.0, [&table; 2]);
+    let body = HeatBody::new(&mesh, numbers(3e-6), &flux).over_temperature(300.0, [&table[..]; 2]);
     let mut field = body.at_start();
     march(&body, &mut field, 1000, 1e-6);
     let transform = 2e8 * (1e-3 / PI).sqrt() / (K * RHO_C).sqrt();
@@ -392,6 +392,14 @@ fn a_half_space_whose_properties_grow_has_the_transform_of_the_linear_one() {
     let given = 1e8 * 1e-3 * 2e-4 * T;
     assert!((body.stored(&field) - given).abs() < 1e-12 * given);
     assert!((field.conducted[0] + given).abs() < 1e-12 * given);
+    // All heat at once, without a flux: the temperature of the heat.
+    let body = HeatBody::new(&mesh, numbers(2e-4), &[]).over_temperature(300.0, [&[], &table]);
+    let mut field = body.at_start();
+    field.inner = vec![RHO_C * 1e-4 * 2e-4 * T * 125.0; 8 * 2];
+    march(&body, &mut field, 1, 1e-3);
+    let exact = 200.0 * (2.25_f64.sqrt() - 1.0);
+    let found = body.rise(&field, [1, 3]);
+    assert!((found - exact).abs() < 1e-9, "{found} for {exact}");
 }
 
 /// Between two held edges k = k0 (1 + dT/100): the transform is linear, dT (1 + dT/200) = 30 y/L at 20 K. Heat through the edges is conserved.

@@ -21,8 +21,7 @@ pub struct HeatConfig {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub capacity_j_per_kg_k: f64,
     /// Factors above 0 on the heat capacity over temperature, `[[kelvins, factor], ...]`: linear between entries and constant beyond.
-    #[serde(default)]
-    pub capacity_factor: LoadTable,
+    pub capacity_factor: Option<LoadTable>,
     /// Thermal conductivity k of the grains (W/(m K)). The width of a contact, which sets its conductance, is Hertz's, by `young_pa` and `poisson`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub conductivity_w_per_m_k: Option<f64>,
@@ -37,8 +36,7 @@ pub struct HeatConfig {
     pub conductance_w_per_k: Option<f64>,
     /// Factors on `conductivity_w_per_m_k` or `conductance_w_per_k` over temperature, as of `capacity_factor`: at the mean temperature of the two bodies of
     /// a contact, before heat passes.
-    #[serde(default)]
-    pub conductivity_factor: LoadTable,
+    pub conductivity_factor: Option<LoadTable>,
     /// Width over which the heat of a contact spreads in a body that is no grain (m): the length of its elements. Such a body resists nothing when
     /// absent.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -213,7 +211,10 @@ impl HeatConfig {
             ("heat.capacity_factor", &self.capacity_factor, true),
             ("heat.conductivity_factor", &self.conductivity_factor, false),
         ] {
-            check_factors(key, table, above)?;
+            let table = table.iter();
+            table
+                .map(|table| check_factors(key, table, above))
+                .collect::<Result<(), _>>()?;
         }
         let known: Vec<&str> = groups
             .iter()
@@ -287,8 +288,11 @@ impl HeatConfig {
         });
         HeatLaw {
             capacity: self.capacity_j_per_kg_k,
-            capacity_factor: CapacityTable::new(&self.capacity_factor, self.start_k),
-            conductivity_factor: self.conductivity_factor.clone(),
+            capacity_factor: CapacityTable::new(
+                self.capacity_factor.as_deref().unwrap_or_default(),
+                self.start_k,
+            ),
+            conductivity_factor: self.conductivity_factor.clone().unwrap_or_default(),
             conduction,
             start: self.start_k,
             sources: [friction, damping, impact, bonds],

@@ -212,7 +212,7 @@ impl HeatBody {
     pub fn over_temperature(
         mut self,
         start: f64,
-        [conductivity, capacity]: [&LoadTable; 2],
+        [conductivity, capacity]: [&[[f64; 2]]; 2],
     ) -> HeatBody {
         let highest = conductivity.iter().map(|[_, factor]| *factor);
         let lowest = capacity.iter().map(|[_, factor]| *factor);

@@ -354,8 +354,7 @@ impl FemConfig {
                 "remove the key, or the other one",
             ),
             (
-                self.material.law() == MaterialKind::Elastic
-                    && !heat.softening.yield_stress.is_empty(),
+                self.material.law() == MaterialKind::Elastic && heat.softening.is_some(),
                 "heat.softening.yield_stress",
                 "has no effect on an elastic material",
                 "give material.yield_pa, or remove the key",

@@ -41,16 +41,13 @@ pub struct HeatConfig {
     /// they part. This holds for wheels that roll, and for strokes far shorter than the contact.
     pub wheel_half_space: Option<HalfSpaceConfig>,
     /// Factors on the conductivity over temperature, `[[kelvins, factor], ...]`: linear between entries and constant beyond; 1 when absent.
-    #[serde(default)]
-    pub conductivity_factor: LoadTable,
+    pub conductivity_factor: Option<LoadTable>,
     /// Factors on the heat capacity, as of `conductivity_factor`.
-    #[serde(default)]
-    pub capacity_factor: LoadTable,
+    pub capacity_factor: Option<LoadTable>,
     /// Coefficient of thermal expansion (1/K); the body does not expand when absent.
     pub alpha_per_k: Option<f64>,
     /// Dependence of the material on temperature; none when absent.
-    #[serde(default)]
-    pub softening: SofteningConfig,
+    pub softening: Option<SofteningConfig>,
     /// Conditions on `top`, `bottom`, `left` and `right`; an edge without one is insulated.
     #[serde(default)]
     pub edges: BTreeMap<String, HeatEdge>,
@@ -69,12 +66,11 @@ pub struct HalfSpaceConfig {
 }
 
 /// `heat.softening`: dependence of the material on temperature.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SofteningConfig {
     /// Factors on `yield_pa` over temperature, `[[kelvins, factor], ...]`: linear between entries and constant beyond, at the mean temperature of an
     /// element.
-    #[serde(default)]
     pub yield_stress: LoadTable,
 }
 
@@ -110,10 +106,22 @@ pub struct HeatEdge {
 impl HeatConfig {
     /// Refuses wrong tables over temperature.
     pub(super) fn check_tables(&self) -> Result<(), ConfigError> {
-        check_factors("heat.conductivity_factor", &self.conductivity_factor, false)?;
-        check_factors("heat.capacity_factor", &self.capacity_factor, true)?;
-        let yields = &self.softening.yield_stress;
-        check_factors("heat.softening.yield_stress", yields, true)
+        let yields = self.softening.as_ref().map(|of| &of.yield_stress);
+        let tables = [
+            (
+                "heat.conductivity_factor",
+                self.conductivity_factor.as_ref(),
+                false,
+            ),
+            ("heat.capacity_factor", self.capacity_factor.as_ref(), true),
+            ("heat.softening.yield_stress", yields, true),
+        ];
+        let given = tables
+            .into_iter()
+            .filter_map(|(key, table, above)| Some((key, table?, above)));
+        given
+            .map(|(key, table, above)| check_factors(key, table, above))
+            .collect()
     }
 
     /// The edges with their conditions, temperatures as rises above the start.

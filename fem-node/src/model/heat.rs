@@ -139,6 +139,7 @@ impl BodyHeat {
             _ => HeatBody::new,
         };
         let tables = [&heat.conductivity_factor, &heat.capacity_factor];
+        let tables = tables.map(|table| table.as_deref().unwrap_or_default());
         let mut body =
             new(mesh, numbers, &heat.conditions()?).over_temperature(heat.start_k, tables);
         if let Some(wheel) = &heat.wheel_half_space {
@@ -163,7 +164,10 @@ impl BodyHeat {
                 heat.sources.plastic.unwrap_or(PLASTIC),
             ],
             wheel_share: heat.wheel_share,
-            yields: heat.softening.yield_stress.clone(),
+            yields: heat
+                .softening
+                .as_ref()
+                .map_or_else(Vec::new, |of| of.yield_stress.clone()),
             stiffness,
             edges: heat.edges.keys().cloned().collect(),
         }))

@@ -96,14 +96,11 @@ pub fn factor_at(table: &[[f64; 2]], temperature: f64) -> f64 {
     }
 }
 
-/// Refuses a table of factors over temperature with wrong entries; one without entries is valid.
+/// Refuses a table of factors over temperature that is wrong.
 ///
 /// # Errors
 /// As [`check_table`], and temperatures or factors below 0, or factors of 0 where they must be `positive`.
 pub fn check_factors(key: &str, table: &[[f64; 2]], positive: bool) -> Result<(), ConfigError> {
-    if table.is_empty() {
-        return Ok(());
-    }
     check_table(key, table)?;
     let least = if positive {
         "above 0"
