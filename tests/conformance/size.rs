@@ -9,12 +9,12 @@ use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sou
 /// raises numbers by at most that allowance.
 const LINES: [(&str, usize); 19] = [
     ("protocol", 2_354),
-    ("kit", 1_900),
+    ("kit", 2_026),
     ("network", 823),
-    ("fem-kernel", 8_929),
-    ("fem-node", 7_959),
-    ("dem-kernel", 10_412),
-    ("dem-node", 8_910),
+    ("fem-kernel", 9_141),
+    ("fem-node", 8_171),
+    ("dem-kernel", 10_498),
+    ("dem-node", 8_958),
     ("scheme", 4_357),
     ("exchange-log", 2_092),
     ("scenes", 179),

@@ -425,7 +425,7 @@ fn a_slab_whose_conductivity_grows_is_steady_with_the_transform() {
 }
 
 /// A wheel of half of the body's b touches it: warmer by 90 K without a source, the common surface is 30 K above the body (b1 T1 + b2 T2)/(b1 + b2);
-/// as warm, with heat between the two, it takes a third of it.
+/// as warm, with a source between the two, it takes a third of the heat.
 #[test]
 fn a_body_and_a_wheel_meet_at_the_temperature_of_their_effusivities() {
     let mesh = strip([2, 10], [1e-4, 2e-4]);

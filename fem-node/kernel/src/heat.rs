@@ -116,7 +116,7 @@ pub struct HeatField {
 }
 
 impl HeatField {
-    /// The vertices of the upper edge that a wheel touches from now on: a vertex that it meets meets a fresh point of it.
+    /// Takes the vertices of the upper edge that a wheel touches from now on. To a vertex that it did not touch it brings a fresh point.
     pub fn meet(&mut self, touches: impl Iterator<Item = bool>) {
         self.wheel.resize(self.upper.len(), None);
         for (memory, touches) in self.wheel.iter_mut().zip(touches) {
