@@ -145,6 +145,7 @@ fn the_short_path_of_plasticity_agrees_with_the_plain_one() {
         let candidates = YieldCandidates {
             excess: &all,
             first: 0,
+            factors: &[],
         };
         elements.plastic_row(&row.plastic, 0, path, candidates, out);
     });

@@ -246,6 +246,7 @@ fn the_path_of_a_pack_does_not_change_a_bit() {
                 let candidates = YieldCandidates {
                     excess: &all,
                     first: 0,
+                    factors: &[],
                 };
                 match &row.body.element {
                     Element::OnePoint(e) => e.plastic_row(&row.plastic, 0, path, candidates, out),
@@ -271,6 +272,28 @@ fn every_element_that_reaches_the_yield_surface_is_caught() {
             let nearness = row.nearness(&u, i);
             let flows = |share: f64| {
                 row.plastic_step(&scaled(&u, share / nearness), row.virgin())
+                    .flowed[i]
+            };
+            assert!(flows(1.0 + 1e-9), "{kind:?} {seed} {i}");
+            assert!(!flows(1.0 - 1e-9), "{kind:?} {seed} {i}");
+        }
+    }
+}
+
+/// The same with a factor of its own on the yield stress of each element.
+#[test]
+fn every_element_yields_at_its_own_surface() {
+    for kind in KINDS {
+        let mut row = PlasticRow::new(kind, &wobbly(13));
+        row.plastic.softens = true;
+        let factor = |[i, _]: [usize; 2]| 1.0 - 0.06 * i as f64;
+        let mut history = row.virgin();
+        row.body.soften(&mut history, factor);
+        for (seed, i) in (0..10).flat_map(|seed| (0..13).map(move |i| (seed, i))) {
+            let u = row.field(seed);
+            let nearness = row.nearness(&u, i) / factor([i, 0]);
+            let flows = |share: f64| {
+                row.plastic_step(&scaled(&u, share / nearness), history.clone())
                     .flowed[i]
             };
             assert!(flows(1.0 + 1e-9), "{kind:?} {seed} {i}");
@@ -325,6 +348,7 @@ fn the_excess_of_four_points_follows_from_their_work() {
         let bounded = BoundedRow {
             row: linear,
             plastic: &row.plastic,
+            lowest: 1.0,
             excess: &mut excess,
         };
         row.body.over_linear(0, bounded);
