@@ -211,10 +211,8 @@ impl HeatConfig {
             ("heat.capacity_factor", &self.capacity_factor, true),
             ("heat.conductivity_factor", &self.conductivity_factor, false),
         ] {
-            let table = table.iter();
-            table
-                .map(|table| check_factors(key, table, above))
-                .collect::<Result<(), _>>()?;
+            let mut table = table.iter();
+            table.try_for_each(|table| check_factors(key, table, above))?;
         }
         let known: Vec<&str> = groups
             .iter()

@@ -116,12 +116,10 @@ impl HeatConfig {
             ("heat.capacity_factor", self.capacity_factor.as_ref(), true),
             ("heat.softening.yield_stress", yields, true),
         ];
-        let given = tables
+        let mut given = tables
             .into_iter()
             .filter_map(|(key, table, above)| Some((key, table?, above)));
-        given
-            .map(|(key, table, above)| check_factors(key, table, above))
-            .collect()
+        given.try_for_each(|(key, table, above)| check_factors(key, table, above))
     }
 
     /// The edges with their conditions, temperatures as rises above the start.
