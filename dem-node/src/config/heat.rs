@@ -211,8 +211,9 @@ impl HeatConfig {
             ("heat.capacity_factor", &self.capacity_factor, true),
             ("heat.conductivity_factor", &self.conductivity_factor, false),
         ] {
-            let mut table = table.iter();
-            table.try_for_each(|table| check_factors(key, table, above))?;
+            if let Some(table) = table {
+                check_factors(key, table, above)?;
+            }
         }
         let known: Vec<&str> = groups
             .iter()

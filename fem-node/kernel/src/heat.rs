@@ -99,7 +99,7 @@ pub struct HeatField {
     pub rises: Vec<f64>,
     /// Heat of each vertex over its constant capacity (K), where the capacity depends on temperature.
     heats: Vec<f64>,
-    /// What the wheel remembers at the vertices of the upper edge that it touches.
+    /// Flux memories of the wheel at the vertices of the upper edge that it touches; empty without a wheel of half-spaces.
     wheel: Vec<Option<FluxMemory>>,
     /// Heat that waits for the next step, by vertices of the upper edge (J).
     pub upper: Vec<f64>,
@@ -116,20 +116,12 @@ pub struct HeatField {
 }
 
 impl HeatField {
-    /// Takes the vertices of the upper edge that a wheel touches from now on. To a vertex that it did not touch it brings a fresh point.
-    pub fn meet(&mut self, touches: impl Iterator<Item = bool>) {
-        self.wheel.resize(self.upper.len(), None);
-        for (memory, touches) in self.wheel.iter_mut().zip(touches) {
-            *memory = touches.then(|| memory.take().unwrap_or_default());
-        }
-    }
-
     /// Every number that changes a later one.
     pub fn numbers(&self) -> impl Iterator<Item = &f64> {
         let waiting = self.upper.iter().chain(&self.inner);
         let wheel = self.wheel.iter().flatten().flat_map(FluxMemory::numbers);
         let vertices = self.rises.iter().chain(&self.heats);
-        vertices.chain(waiting).chain(&self.conducted).chain(wheel)
+        vertices.chain(waiting).chain(wheel)
     }
 }
 
@@ -239,8 +231,28 @@ impl HeatBody {
         self
     }
 
+    /// Takes the vertices of the upper edge that a wheel touches from now on. To a vertex that it did not touch a wheel of half-spaces brings a fresh
+    /// point.
+    pub fn meet(&self, field: &mut HeatField, touches: impl Iterator<Item = bool>) {
+        if self.wheel.is_some() {
+            field.wheel.resize(self.columns, None);
+            for (memory, touches) in field.wheel.iter_mut().zip(touches) {
+                *memory = touches.then(|| memory.take().unwrap_or_default());
+            }
+        }
+    }
+
     fn rows(&self) -> usize {
         self.shares.len() + 1
+    }
+
+    /// The column after another one; the first after the last.
+    fn next(&self, column: usize) -> usize {
+        if column + 1 < self.columns {
+            column + 1
+        } else {
+            0
+        }
     }
 
     /// Capacities and conductances, column by column.
@@ -277,7 +289,7 @@ impl HeatBody {
             layer.map_or(0.0, |layer| k * t * widths[i] / layer)
         });
         let right = all.map(|(i, row)| {
-            let next = if i + 1 < columns { i + 1 } else { 0 };
+            let next = self.next(i);
             let gap = gaps.get(i);
             gap.map_or(0.0, |gap| {
                 k * t * 0.5 * (around(i, row) + around(next, row)) / gap
@@ -410,11 +422,7 @@ impl HeatBody {
     /// Mean rise of element (column, row) of the mesh (K).
     pub fn mean_rise(&self, field: &HeatField, [column, row]: [usize; 2]) -> f64 {
         let row = self.row(row, self.firsts.len() - 1);
-        let next = if column + 1 < self.columns {
-            column + 1
-        } else {
-            0
-        };
+        let next = self.next(column);
         let at = |row: usize| {
             let rises = &field.rises[row * self.columns..];
             0.5 * (rises[column] + rises[next])
@@ -469,13 +477,8 @@ impl HeatBody {
             *capacity *= self.heats.factor(before[vertex]);
             let below = (vertex + columns).min(before.len() - 1);
             now.down[vertex] *= factor(vertex, below);
-            let last = vertex % columns + 1 == columns;
-            let next = if last {
-                vertex + 1 - columns
-            } else {
-                vertex + 1
-            };
-            now.right[vertex] *= factor(vertex, next);
+            let column = vertex % columns;
+            now.right[vertex] *= factor(vertex, vertex - column + self.next(column));
         }
         let wheel = self.wheel.as_ref();
         for (vertex, memory) in field.wheel.iter().enumerate() {
@@ -512,7 +515,7 @@ impl HeatBody {
             let j = self.row(row, element_rows);
             for (i, heat) in heats.iter_mut().enumerate().take(elements) {
                 let quarter = 0.25 * std::mem::take(heat);
-                let next = if i + 1 < self.columns { i + 1 } else { 0 };
+                let next = self.next(i);
                 for layer in self.firsts[j]..self.firsts[j + 1] {
                     for (row, column) in [(0, i), (0, next), (1, i), (1, next)] {
                         added[(layer + row) * self.columns + column] +=

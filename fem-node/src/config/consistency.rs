@@ -9,7 +9,6 @@ use super::choice::{Analysis, Base, ContactEdge, ElementKind, Kinematics, Plane,
 use super::heat::HeatSources;
 use super::keys::FemConfig;
 use super::material::MaterialKind;
-use super::mesh::MeshSource;
 use super::probe;
 
 impl FemConfig {
@@ -300,10 +299,7 @@ impl FemConfig {
         let Some(heat) = &self.heat else {
             return Ok(());
         };
-        let edge = match &self.mesh {
-            MeshSource::Graded(mesh) => Some(mesh.contact_edge),
-            MeshSource::Gmsh(_) => None,
-        };
+        let edge = self.mesh.contact_edge();
         let wheel = self.wheel.as_ref();
         let moves = wheel.is_some_and(|wheel| wheel.rolling.is_some() || wheel.cycles > 0.0);
         let ends = ["left", "right"].map(|end| heat.edges.contains_key(end));

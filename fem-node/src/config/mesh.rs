@@ -106,6 +106,14 @@ const KEYS: [&str; 12] = [
 ];
 
 impl MeshSource {
+    /// The contact edge of a structured mesh.
+    pub(crate) fn contact_edge(&self) -> Option<ContactEdge> {
+        match self {
+            MeshSource::Graded(config) => Some(config.contact_edge),
+            MeshSource::Gmsh(_) => None,
+        }
+    }
+
     /// True where the left and the right edge are one.
     pub(super) fn periodic_x(&self) -> bool {
         matches!(self, MeshSource::Graded(config) if config.periodic_x)

@@ -379,12 +379,10 @@ impl WindowRun {
         if let (Some(run), Some(heat)) = (&mut self.heat, &committed.heat) {
             run.restore(heat);
         }
-        let thermal = committed.state.thermal.each_ref();
-        self.swelling = thermal.map(|thermal| model.thermal_forces(thermal));
-        if model.wheel.is_none() {
-            // The accelerations are computed anew.
-            self.swelling[0] = self.swelling[1].clone();
-        }
+        let [before, now] = &committed.state.thermal;
+        // Without a wheel the accelerations are computed anew.
+        let before = if model.wheel.is_some() { before } else { now };
+        self.swelling = [before, now].map(|thermal| model.thermal_forces(thermal));
         self.set_load(model, input, committed.steps, true);
         let damping = model.damping_at(committed.steps);
         if let (Some(run), Some(wheel)) = (&mut self.wheel, &committed.wheel) {

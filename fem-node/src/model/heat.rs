@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::choice::{ContactEdge, Plane};
 use crate::config::keys::FemConfig;
-use crate::config::mesh::MeshSource;
 
 kit::results! {
     /// # Signals
@@ -106,13 +105,9 @@ impl BodyHeat {
         let Some(heat) = &config.heat else {
             return Ok(None);
         };
-        let surface = match &config.mesh {
-            MeshSource::Graded(mesh) if mesh.contact_edge == ContactEdge::Bottom => Edge::Bottom,
-            _ => Edge::Top,
-        };
-        let row = match surface {
-            Edge::Bottom => mesh.rows - 1,
-            _ => 0,
+        let (surface, row) = match config.mesh.contact_edge() {
+            Some(ContactEdge::Bottom) => (Edge::Bottom, mesh.rows - 1),
+            _ => (Edge::Top, 0),
         };
         let first = mesh.point(0, row)[1] - mesh.point(0, row + 1)[1];
         refuse_if(
@@ -358,7 +353,7 @@ impl HeatState {
         heat: &BodyHeat,
         (slid, touches): (&[f64], impl Iterator<Item = bool>),
     ) {
-        self.field.meet(touches);
+        heat.body.meet(&mut self.field, touches);
         self.slid.resize(slid.len(), 0.0);
         let upper = self.field.upper.iter_mut();
         for ((waiting, before), slid) in upper.zip(&mut self.slid).zip(slid) {
@@ -372,7 +367,8 @@ impl HeatState {
 
     /// Numbers that can change a later bit.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = &f64> {
-        let sums = self.produced.iter().chain([&self.to_wheel, &self.entered]);
+        let sums = self.produced.iter().chain(&self.field.conducted);
+        let sums = sums.chain([&self.to_wheel, &self.entered]);
         let arriving = self.arriving.iter().flatten();
         self.field.numbers().chain(sums).chain(arriving)
     }

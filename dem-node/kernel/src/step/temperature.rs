@@ -61,7 +61,7 @@ pub struct Heat {
     pub drives: f64,
     /// Rises of the groups of bodies that are no grains (K), of those into which heat passes.
     pub held: Vec<Option<f64>>,
-    /// Heat that half-spaces have taken since the last conduction (J), and what they remember until then.
+    /// Heat that each half-space has taken since the last conduction (J), and its flux memory up to then.
     pub half_spaces: Vec<(f64, FluxMemory)>,
     /// The highest content so far (K).
     pub peak: f64,
