@@ -231,6 +231,11 @@ impl HeatBody {
         self
     }
 
+    /// True under a wheel of half-spaces.
+    pub fn has_wheel(&self) -> bool {
+        self.wheel.is_some()
+    }
+
     /// Takes the vertices of the upper edge that a wheel touches from now on. To a vertex that it did not touch a wheel of half-spaces brings a fresh
     /// point.
     pub fn meet(&self, field: &mut HeatField, touches: impl Iterator<Item = bool>) {

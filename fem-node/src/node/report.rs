@@ -185,6 +185,10 @@ impl FemNode {
                 model,
                 [sampled, &last].into_iter(),
             ));
+            let rolling = wheel.program.rolling.as_ref();
+            let creepage = rolling.map(|_| state.rolled.signals()[0].1);
+            let sliding = (creepage, wheel.program.amplitude_m);
+            findings.push(plausible::wheel_points(model, &last, sliding));
         }
         let heat = plausible::heat(model, committed.heat.as_ref(), self.heating());
         findings.into_iter().flatten().chain(heat).collect()

@@ -282,6 +282,10 @@ impl StaticNode {
             profiles
                 .first()
                 .and_then(|held| plausible::contact_resolution(model, held)),
+            profiles.last().and_then(|last| {
+                let creepage = self.rolling.as_ref().map(|_| self.rolled.signals()[0].1);
+                plausible::wheel_points(model, last, (creepage, self.cycling.amplitude))
+            }),
         ];
         let lost = states[1].contact.as_ref().map_or(0.0, WheelContact::lost);
         let heat = plausible::heat(model, Some(&self.heat.state), [lost, 0.0]);

@@ -72,6 +72,14 @@ kit::findings! {
     /// - Valid: 0.12 (`wheel-rail-heat`).
     /// - Wrong: 0.78 (`wheel-rail-heat` from grains of 400 K, four exchanges: 16 % more heat).
     HEAT_EXCHANGE = "heat_exchange": heat_exchange_rel in fem = [0.3, 0.8];
+    /// A wheel of half-spaces slides off the points of a body that it warms.
+    ///
+    /// - Why: the body meets a fresh point of the wheel at each node, and a wheel that slides far brings the warm ones again.
+    /// - Do: lower the creepage or `wheel.amplitude_m`, or write `heat.wheel_share`.
+    /// - Judged: Creepage of a wheel that rolls, otherwise twice `wheel.amplitude_m` over the width of the contact.
+    /// - Valid: 0.02 (a wheel that rolls with this creepage, share of the heat 1 % off).
+    /// - Wrong: 1 (a locked wheel takes half of the heat; by the root of time it is a quarter after four widths of the contact).
+    WHEEL_POINTS = "wheel_points": wheel_points_rel in fem = [0.1, 0.5];
     /// The surface of a body is hotter than solids with these properties are.
     ///
     /// - Why: insulated edges keep the heat, or a property or a speed has another unit.
@@ -172,6 +180,23 @@ pub(crate) fn heat(model: &Model, state: Option<&HeatState>, lost: [f64; 2]) -> 
             "the contact edge had {peak:.0} K at t = {t:.3e} s and x = {x:.3e} m, far beyond solids with one capacity and conductivity: give heat.edges, or look at the units of heat"),
     ];
     found.into_iter().flatten().collect()
+}
+
+/// Points of a wheel of half-spaces must stay with their nodes while these touch it. `creepage` is of a wheel that rolls, else `amplitude` counts (m).
+pub(crate) fn wheel_points(
+    model: &Model,
+    profile: &ContactProfile,
+    (creepage, amplitude): (Option<f64>, f64),
+) -> Option<Finding> {
+    model.heat.as_ref().filter(|heat| heat.body.has_wheel())?;
+    let lengths = model.mesh.surface(Edge::Top).1.into_iter();
+    let touching = lengths.zip(&profile.status);
+    let touching = touching.filter(|(_, status)| **status != ContactStatus::Open);
+    let width: f64 = touching.map(|(length, _)| length).sum();
+    let value = creepage.map_or(2.0 * amplitude / width, f64::abs);
+    let judged = judge!(model.plausible => WHEEL_POINTS, value;
+        "while a node of the body touches the wheel, the wheel slides {value:.2} of the contact past it, and heat.wheel_half_space takes its points for fresh ones: the wheel is too cold, and takes too much heat");
+    judged.filter(|_| width > 0.0)
 }
 
 /// The larger of a strain and the largest strain of a state; NaN if either is NaN.
