@@ -38,6 +38,7 @@ use serde::Deserialize;
 
 use dem_kernel::bodies::pairs::{GRAINS, ROWS, WHEEL};
 use detachment::DetachmentConfig;
+use disks::DiskConfig;
 use flow::FlowConfig;
 use heat::HeatConfig;
 use injection::InjectionConfig;
@@ -250,6 +251,15 @@ impl DemConfig {
             if let Some(softening) = &heat.softening {
                 let surface = self.sample.surface().and_then(|keys| keys.friction);
                 softening.validate(&self.law, surface)?;
+            }
+            if let SampleConfig::Disks(sample) = &self.sample {
+                let free = |disk: &DiskConfig| !disk.glued && disk.cluster.is_none();
+                refuse_if(
+                    sample.fill.is_empty() && !sample.disks.iter().any(free),
+                    "heat",
+                    "needs a grain with a temperature of its own, and all disks are glued or in clusters",
+                    "free one of them, or remove `heat`",
+                )?;
             }
         }
         self.validate_drive()?;

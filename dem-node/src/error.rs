@@ -130,7 +130,9 @@ impl DemError {
             DemError::NotConverged { .. } | DemError::NotRepaired { .. } => {
                 Cause::ContactNotConverged
             }
-            DemError::Kernel(KernelError::NotFinite { .. }) => Cause::Diverged,
+            DemError::Kernel(KernelError::NotFinite { .. } | KernelError::Heat { .. }) => {
+                Cause::Diverged
+            }
         }
     }
 }

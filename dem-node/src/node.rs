@@ -25,6 +25,7 @@ use protocol::{
 };
 
 use crate::config::solver::OnNotConverged;
+use crate::error::DemError;
 use crate::measure::flow::Flow;
 use crate::measure::{snapshot, wheel_contacts};
 use crate::setup::bounds::StepBounds;
@@ -199,10 +200,18 @@ impl Node for Dem {
                 disks.len()
             ))?);
         };
-        let bases = ["base", "lid"].map(|name| law.held_by_name(name));
-        if bases.into_iter().flatten().next().is_some() {
-            let why = "the interface gives the temperatures of base and lid, and heat.held_k or heat.half_spaces has one of them: remove it there";
-            return Err(NodeError::of(Cause::ConflictingKeys, why.to_string()));
+        let sides = [
+            (0..bodies.base, "base"),
+            (bodies.base..bodies.glued(), "lid"),
+        ];
+        let mut coupled = sides
+            .iter()
+            .filter(|(disks_of, _)| disks.iter().any(|disk| disks_of.contains(disk)));
+        if let Some((_, name)) = coupled.find(|(_, name)| law.held_by_name(name).is_some()) {
+            let why = format!(
+                "heat.held_k.{name} or heat.half_spaces.{name} is given, and the interface gives the temperatures of the {name}: remove it"
+            );
+            return Err(NodeError::of(Cause::ConflictingKeys, why));
         }
         require_numbers("a temperature of a glued disk", window, temperature)?;
         let rises: Vec<f64> = temperature
@@ -210,7 +219,9 @@ impl Node for Dem {
             .map(|kelvins| kelvins - law.start)
             .collect();
         let state = &mut self.progress.state;
-        self.stepper.end_heat(state, bodies);
+        self.stepper
+            .end_heat(state, bodies)
+            .map_err(DemError::Kernel)?;
         Ok(state.heat.exchange(bodies.boundary_points(), disks, &rises))
     }
 
@@ -302,7 +313,8 @@ impl Node for Dem {
         self.write_maps()?;
         let state_hash = self.progress.hash();
         self.stepper
-            .end_heat(&mut self.progress.state, &self.bodies);
+            .end_heat(&mut self.progress.state, &self.bodies)
+            .map_err(DemError::Kernel)?;
         let run = self.finished_run();
         Ok(Outcome {
             steps: self.progress.steps,

@@ -32,7 +32,7 @@ use fem_kernel::statics::problem::StaticProblem;
 use fem_kernel::wheel::rigid::{Wheel, WheelNumbers};
 use kit::ConfigError;
 use kit::limits::positive;
-use protocol::{Cause, Setting};
+use protocol::{Cause, Setting, larger};
 
 use crate::config::boundary::SetConfig;
 use crate::config::choice::{Analysis, Base, Kinematics, Plane, Sides, Start};
@@ -181,6 +181,9 @@ impl Model {
         let total = end.or(config.time.end_s).map(|end| end / step);
         let total = total.filter(|_| config.analysis == Analysis::Dynamic);
         let heat = heat::BodyHeat::new(config, (&mesh, &elastic), thickness, total)?;
+        if let (Analysis::Dynamic, Some(heat)) = (config.analysis, &heat) {
+            heat.check_step(step * (heat.every as f64).min(total.unwrap_or(f64::INFINITY)))?;
+        }
         let mut warnings = warnings(config, &mesh, &scheme, step_limit);
         warnings.extend(roll.iter().flat_map(rolling::Roll::warnings));
         warnings.extend(held);
@@ -283,7 +286,7 @@ impl Model {
     }
 
     /// Gives a state the yield stresses and the thermal stresses of these temperatures, where they depend on them.
-    pub(crate) fn warm(&self, state: &heat::HeatState, body: &mut NodalState) {
+    pub(crate) fn warm(&self, state: &mut heat::HeatState, body: &mut NodalState) {
         if let Some(heat) = self.heat.as_ref().filter(|heat| heat.expands()) {
             let elements = self.mesh.element_indices();
             let now = elements.map(|element| heat.thermal_stress(state, element));
@@ -295,7 +298,8 @@ impl Model {
             (self.heat.as_ref()).filter(|_| self.plastic().is_some_and(|j2| j2.softens))
         {
             let factor = |element| heat.yield_factor(state, element);
-            self.body.soften(&mut body.history, factor);
+            let changed = self.body.soften(&mut body.history, factor);
+            state.yielding = larger(state.yielding, changed);
         }
     }
 
@@ -503,6 +507,8 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
         "heat_exchange_rel",
         "heat_steps_rel",
         "surface_temperature_k",
+        "below_zero_k",
+        "wheel_points_rel",
     ];
     let of_wheels = ["wheel_force_rel", "contact_reach_rel", "contact_resolution"];
     warnings.extend(config.plausible.idle(&[

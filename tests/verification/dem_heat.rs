@@ -516,6 +516,46 @@ fn heat_without_its_numbers_is_refused() {
         let message = refused(more);
         assert!(message.contains(word), "{message}");
     }
+    let mut glued = column(1, 1e-3, heat(json!({})));
+    glued["sample"]["disks"][1]["cluster"] = json!("block");
+    let message = refusal(&glued);
+    assert!(message.contains("of its own"), "{message}");
+}
+
+/// Conduction that rounding would spoil, or that is no number, is an error, and the units are named.
+#[test]
+fn conduction_beyond_the_numbers_is_an_error() {
+    let held = json!({"held_k": {"base": 400.0}});
+    for more in [
+        json!({"conductance_w_per_k": 3e13}),
+        json!({"capacity_j_per_kg_k": 1e-30}),
+        json!({"half_spaces": {"wheel": half_space(1e-30, 300.0)}}),
+    ] {
+        let mut keys = heat(held.clone());
+        let table = keys["heat"].as_object_mut().expect("it is a table");
+        table.extend(more.as_object().expect("it is a table").clone());
+        let mut dem = build(&column(1, 1e-3, keys));
+        let error = dem
+            .advance_alone(&window(0, 1e-2))
+            .expect_err("it is too much");
+        assert!(
+            error.to_string().contains("heat.capacity_j_per_kg_k"),
+            "{error}"
+        );
+    }
+}
+
+/// A factor on the capacity that falls a hundredfold in a conduction overshoots the held temperature, and a run says so.
+#[test]
+fn a_capacity_that_falls_within_a_conduction_is_warned_of() {
+    for (factor, warns) in [(0.01, true), (0.9, false)] {
+        let keys = json!({"held_k": {"base": 400.0, "wheel": 400.0}, "capacity_factor": [[340.0, 1.0], [340.001, factor]]});
+        let mut dem = build(&column(2, 0.002, heat(keys)));
+        march(&mut dem, 0, 50);
+        let found = dem.finish().expect("it ends").findings;
+        let heat_steps = found.iter().any(|found| found.code == "heat_steps");
+        assert_eq!(heat_steps, warns, "{found:?}");
+    }
 }
 
 /// A coupler that gives the temperature of a glued disk finds no other one there.
@@ -542,7 +582,7 @@ fn a_surface_has_its_temperature_from_one_side() {
         assert!(
             refused
                 .as_ref()
-                .is_none_or(|why| why.contains("heat.half_spaces")),
+                .is_none_or(|why| why.contains("heat.half_spaces.base")),
             "{refused:?}"
         );
     }

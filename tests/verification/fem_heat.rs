@@ -600,6 +600,79 @@ fn a_resume_between_two_steps_of_heat_changes_no_bit() {
     assert_eq!(whole.state_hash, resumed.state_hash);
 }
 
+/// Warmth acts in each step of heat, however long the windows are; only accelerations are computed anew at the start of a window.
+#[test]
+fn expansion_hardly_depends_on_the_window() {
+    let keys = json!({"heat": {"conductivity_w_per_m_k": K, "capacity_j_per_kg_k": 460.0, "start_k": 300.0, "every_steps": 7,
+                               "alpha_per_k": 1.2e-5, "edges": {"top": {"held_k": 400.0}}}});
+    let moved = |count: u32| {
+        let mut body = node(&with(strip_of(1e-3, 1e-3, 2.5e-4), keys.clone()));
+        for index in 0..660 / count {
+            body.advance_alone(&window(u64::from(index), count))
+                .expect("it is stable");
+        }
+        body.state().u.iter().fold(0.0, |a: f64, u| a.max(*u))
+    };
+    let [short, long] = [moved(11), moved(660)];
+    assert!((long / short - 1.0).abs() < 0.01, "{long} for {short}");
+}
+
+/// The elements are 0.25 mm, and heat enters by 0.035 mm: 22 % off beside a film on the lower edge.
+#[test]
+fn heat_that_the_mesh_or_its_steps_do_not_resolve_is_warned_of() {
+    for (more, code) in [
+        (
+            json!({"edges": {"bottom": {"film_w_per_m2_k": 1e9, "ambient_k": 400.0}}}),
+            Some("thermal_depth"),
+        ),
+        (
+            json!({"edges": {"bottom": {"flux_w_per_m2": 1e8}}}),
+            Some("thermal_depth"),
+        ),
+        (
+            json!({"edges": {"top": {"flux_w_per_m2": -1e8}}, "finest_m": 2.5e-4}),
+            Some("thermal_depth"),
+        ),
+        (
+            json!({"edges": {"top": {"flux_w_per_m2": -5e8}}}),
+            Some("below_zero"),
+        ),
+        (json!({"edges": {"top": {"flux_w_per_m2": 1e8}}}), None),
+        (
+            json!({"edges": {"top": {"film_w_per_m2_k": 1e7, "ambient_k": 400.0}}, "capacity_factor": [[340.0, 1.0], [340.1, 0.01]]}),
+            Some("heat_steps"),
+        ),
+        (
+            json!({"edges": {"top": {"film_w_per_m2_k": 1e7, "ambient_k": 400.0}}, "capacity_factor": [[340.0, 1.0], [380.0, 2.0]]}),
+            None,
+        ),
+    ] {
+        let keys = json!({"boundary": {}, "time": {"step_s": 1e-8}, "heat": {
+            "conductivity_w_per_m_k": K, "capacity_j_per_kg_k": 460.0, "start_k": 300.0, "every_steps": 100}});
+        let keys = with(keys, json!({"heat": more}));
+        let mut body = node(&with(strip_of(1e-3, 1e-3, 2.5e-4), keys.clone()));
+        body.advance_alone(&window(0, 10_000))
+            .expect("it is stable");
+        let found = body.finish().expect("it ends").findings;
+        let codes: Vec<&str> = found.iter().map(|found| found.code.as_str()).collect();
+        let found = code.map_or(codes.is_empty(), |code| codes.contains(&code));
+        assert!(found, "{codes:?}: {keys}");
+    }
+}
+
+/// A wheel of half-spaces gets nothing from the end of the edge that is held.
+#[test]
+fn a_wheel_beside_a_held_end_loses_no_heat() {
+    let ends = [(Edge::Left, EdgeCondition::Held(50.0))];
+    let mesh = strip([3, 20], [1e-4, 1e-4]);
+    let body = HeatBody::new(&mesh, numbers(1e-6), &ends).under_wheel((&mesh, T), [1e4, 20.0]);
+    let mut field = body.at_start();
+    body.meet(&mut field, [true; 4].into_iter());
+    march(&body, &mut field, 100, 1e-6);
+    let left = body.stored(&field) + field.conducted.iter().sum::<f64>();
+    assert!(left.abs() < 1e-12 * field.conducted[1].abs(), "{left}");
+}
+
 #[test]
 fn heat_without_a_mesh_a_time_or_a_way_is_refused() {
     let wheelless = json!({"wheel": null, "contact": null});
@@ -656,6 +729,24 @@ fn heat_without_a_mesh_a_time_or_a_way_is_refused() {
         (
             json!({"heat": {"wheel_half_space": half_space(1e4), "wheel_share": 0.5}}),
             "heat.wheel_share",
+        ),
+        (
+            json!({"heat": {"wheel_half_space": half_space(1e4), "edges": {"top": {"held_k": 400.0}}}}),
+            "heat.edges.top.held_k",
+        ),
+        (
+            json!({"heat": {"wheel_half_space": half_space(1e30)}}),
+            "heat",
+        ),
+        (json!({"heat": {"conductivity_w_per_m_k": 1e30}}), "heat"),
+        (
+            json!({"heat": {"capacity_factor": [[300.0, 1e-30]]}}),
+            "heat",
+        ),
+        (json!({"heat": {"finest_m": 1e-15}}), "heat"),
+        (
+            json!({"heat": {"edges": {"bottom": {"film_w_per_m2_k": 1e18, "ambient_k": 400.0}}}}),
+            "heat",
         ),
     ] {
         let config = with(rail(), change.clone());

@@ -23,6 +23,10 @@ pub enum KernelError {
         "the contact impulses are NaN or infinite after {iterations} iterations; lower the step or check the wall's compliance"
     )]
     NotFinite { iterations: usize },
+    #[error(
+        "heat: contacts pass on {passed:.1e} times the heat of body {body} in a step of heat, and 1e11 is the most that can be computed; look at the units of heat.capacity_j_per_kg_k, of the conductivity or conductance and of half-spaces, or lower heat.every_steps"
+    )]
+    Heat { body: usize, passed: f64 },
     #[error("cannot start {threads} threads for the contact solver: {error}; run with --threads 1")]
     Threads {
         threads: usize,

@@ -209,7 +209,7 @@ impl Stepper {
         };
         let (mut summary, outer) = self.update_contacts(state, input, criteria.parallel);
         summary.convergence = convergence;
-        self.warm(state, input, &outer.warmed);
+        self.warm(state, input, &outer.warmed)?;
         summary.shared_damping = self.shared_damping(state, input);
         self.balance_momentum(state, input, &outer, &mut summary);
         self.drive_clusters(state, input);

@@ -10,7 +10,9 @@ use crate::measure::cycles::WheelCycles;
 use crate::measure::flow::Flow;
 use crate::measure::report::{RunStatistics, ejected_grains, inside_grains};
 use kit::cycle_drift::CYCLE_DRIFT;
-use kit::finding::{HEAT_BALANCE, HEAT_STEPS, NOT_CONVERGED, WHEEL_AT_REST, heat_coarseness};
+use kit::finding::{
+    BELOW_ZERO, HEAT_BALANCE, HEAT_STEPS, NOT_CONVERGED, WHEEL_AT_REST, heat_coarseness,
+};
 use kit::judge;
 use kit::wheel::WheelProgram;
 
@@ -606,19 +608,25 @@ impl FinishedRun<'_> {
         found.filter(|_| self.bodies.injection.is_some())
     }
 
-    fn heat(&self) -> [Option<Finding>; 3] {
+    fn heat(&self) -> [Option<Finding>; 4] {
         let Some(law) = &self.bodies.heat else {
-            return [None, None, None];
+            return [None, None, None, None];
         };
         let heat = &self.state.heat;
         let balance = heat.balance_rel(self.bodies, &self.state.ledger);
-        let steps = heat_coarseness(u64::from(law.every), heat.conductions);
+        let few = heat_coarseness(u64::from(law.every), heat.conductions);
+        let highest = law.capacity_factor.rise(heat.peak);
+        let extreme = larger(larger(highest, -heat.lowest), f64::MIN_POSITIVE);
+        let steps = larger(few, heat.bent / extreme);
+        let lowest = law.start + heat.lowest;
         let (peak, [x, y, t]) = (law.kelvins(heat.peak), heat.peak_at);
         [
             judge!(self.bounds => HEAT_BALANCE, balance;
                 "{balance:.1e} of the heat was lost, or made without a loss of the contacts: an error of the program, please report it"),
             judge!(self.bounds => HEAT_STEPS, steps;
-                "heat passed in few conductions, and each mixes what happens within: lower heat.every_steps"),
+                "heat passed in few conductions, or a factor on the capacity changed much within one, and each mixes what happens within: lower heat.every_steps"),
+            judge!(self.bounds => BELOW_ZERO, larger(0.0, -lowest);
+                "a grain had {lowest:.0} K: look at heat.capacity_factor and heat.every_steps"),
             judge!(self.bounds => GRAIN_TEMPERATURE, peak;
                 "a grain at x = {x:.3e}, y = {y:.3e} m had {peak:.0} K at t = {t:.3e} s, far beyond solids with one capacity and conductivity: give heat.held_k, or look at the units of heat"),
         ]

@@ -413,7 +413,12 @@ fn idle_bounds(config: &DemConfig, bodies: &Bodies) -> Vec<String> {
         (
             config.heat.is_none(),
             "without heat",
-            &["heat_balance_rel", "heat_steps_rel", "grain_temperature_k"],
+            &[
+                "heat_balance_rel",
+                "heat_steps_rel",
+                "below_zero_k",
+                "grain_temperature_k",
+            ],
         ),
         (!cycles, "without cycles of a wheel", &["cycle_drift_rel"]),
         (

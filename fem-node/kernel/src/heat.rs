@@ -109,8 +109,12 @@ pub struct HeatField {
     pub conducted: Vec<f64>,
     /// Highest rise on the upper edge at the end of a step (K), its abscissa (m) and time (s).
     pub peak: [f64; 3],
-    /// Fall of the temperature over the first layer below it, over this rise.
-    pub peak_fall: f64,
+    /// Largest size of a rise on the upper edge so far (K), and the fall of the temperature over the first layer below it then, over this rise.
+    pub extreme: [f64; 2],
+    /// Lowest rise of a vertex at the end of a step (K).
+    pub lowest: f64,
+    /// Largest difference that a capacity which changed within a step made to a rise (K).
+    pub bent: f64,
     /// Time since the start (s).
     pub time: f64,
 }
@@ -392,16 +396,22 @@ impl HeatBody {
         all.map(|(capacity, heat)| capacity * heat).sum()
     }
 
-    /// Largest difference of temperature between a held vertex and a free one beside it, over the largest rise.
+    /// Largest difference of temperature between a vertex under a condition and one without beside it, over the largest rise.
     pub fn fall_at_edges(&self, field: &HeatField) -> f64 {
         let rises = &field.rises;
         let sizes = rises.iter().map(|rise| rise.abs());
         let largest = sizes.fold(f64::MIN_POSITIVE, larger);
+        let mut given: Vec<bool> = self.held.iter().map(Option::is_some).collect();
+        let fluxes = self.fluxes.iter().map(|(vertex, ..)| *vertex);
+        let films = self.films.iter().map(|(vertex, ..)| *vertex);
+        // The layers at the upper edge are judged when it is furthest from its start.
+        let others = fluxes.chain(films).filter(|vertex| *vertex >= self.columns);
+        others.for_each(|vertex| given[vertex] = true);
         let fall = |apart: usize| {
             let pairs = (0..rises.len() - apart).map(|vertex| [vertex, vertex + apart]);
             let beside = pairs.filter(|[a, b]| {
                 let in_line = apart > 1 || a / self.columns == b / self.columns;
-                in_line && self.held[*a].is_some() != self.held[*b].is_some()
+                in_line && given[*a] != given[*b]
             });
             let falls = beside.map(|[a, b]| (rises[a] - rises[b]).abs());
             falls.fold(0.0, larger)
@@ -487,7 +497,7 @@ impl HeatBody {
         }
         let wheel = self.wheel.as_ref();
         for (vertex, memory) in field.wheel.iter().enumerate() {
-            if let (Some(wheel), Some(memory)) = (wheel, memory) {
+            if let (Some(wheel), Some(memory), None) = (wheel, memory, self.held[vertex]) {
                 let [alone, slope] = memory.ahead(step).map(|rise| rise / wheel.effusivity);
                 let film = wheel.areas[vertex] / slope;
                 now.films
@@ -506,7 +516,8 @@ impl HeatBody {
             let gained = now.capacity[vertex] * (field.rises[vertex] - before[vertex]);
             *heat += gained / self.capacity[vertex];
             if self.held[vertex].is_none() {
-                field.rises[vertex] = self.heats.rise(*heat);
+                let linear = std::mem::replace(&mut field.rises[vertex], self.heats.rise(*heat));
+                field.bent = larger(field.bent, (field.rises[vertex] - linear).abs());
             }
         }
     }
@@ -638,10 +649,31 @@ impl HeatBody {
         for (((rise, below), held), x) in upper.zip(&self.x) {
             if *rise > field.peak[0] {
                 field.peak = [*rise, *x, field.time];
+            }
+            if rise.abs() > field.extreme[0] {
                 // The temperature of a held edge is given.
-                field.peak_fall = held.map_or((rise - below) / rise, |_| 0.0);
+                let fall = held.map_or((rise - below) / rise, |_| 0.0);
+                field.extreme = [rise.abs(), fall];
             }
         }
+        let least = |low: f64, rise: &f64| if *rise >= low { low } else { *rise };
+        field.lowest = field.rises.iter().fold(field.lowest, least);
+    }
+
+    /// Largest part of its heat that a vertex passes on in a time (s), and the parts that this time is taken in.
+    pub fn swiftness(&self, time: f64) -> [f64; 2] {
+        let mut passed = self.down.clone();
+        for (vertex, _, film, _) in &self.films {
+            passed[*vertex] += film;
+        }
+        if let Some(wheel) = &self.wheel {
+            let into = wheel.effusivity * (0.25 * std::f64::consts::PI / time).sqrt();
+            let upper = passed.iter_mut().zip(&wheel.areas);
+            upper.for_each(|(passed, area)| *passed += area * into);
+        }
+        let all = passed.iter().zip(&self.capacity);
+        let swift = all.map(|(passed, capacity)| time * passed / capacity);
+        [swift.fold(0.0, larger), time / self.limit]
     }
 }
 

@@ -341,6 +341,16 @@ impl FemConfig {
                 "remove one of the two",
             ),
             (
+                heat.wheel_half_space.is_some()
+                    && heat
+                        .edges
+                        .get("top")
+                        .is_some_and(|edge| edge.held_k.is_some()),
+                "heat.edges.top.held_k",
+                "holds the edge at a temperature, and heat.wheel_half_space exchanges heat with it",
+                "remove one of the two",
+            ),
+            (
                 heat.alpha_per_k.is_some()
                     && (self.reduced.is_some()
                         || self.analysis == Analysis::Static

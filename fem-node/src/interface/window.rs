@@ -287,7 +287,7 @@ impl WindowRun {
                 Some(wheel) => run.advance(heat, wheel.state.rubbed(), time),
                 None => run.advance(heat, (&[], std::iter::empty()), time),
             }
-            model.warm(&run.state, &mut self.fields.state);
+            model.warm(&mut run.state, &mut self.fields.state);
             if model.expands() {
                 self.swelling[1] = model.thermal_forces(&self.fields.state.thermal[1]);
                 self.set_load(model, input, step, true);
@@ -527,9 +527,10 @@ impl WindowRun {
     }
 }
 
-/// True where the steps of a window heat the body: under its own wheel, or where it yields alone. No such window runs in pieces, or in part.
+/// True where the steps of a window heat the body: under its own wheel, or where it yields or expands alone. No such window runs in pieces, or in part.
 pub(crate) fn warms_in_steps(model: &Model, input: &WindowInput) -> bool {
-    model.wheel.is_some() || (model.plastic().is_some() && input.interface.is_empty())
+    let feels = model.plastic().is_some() || model.expands();
+    model.wheel.is_some() || (feels && input.interface.is_empty())
 }
 
 #[cfg(test)]

@@ -37,6 +37,10 @@ const PLASTIC: f64 = 0.9;
 /// Layers in the first row of elements, were they equally thin.
 const LAYERS: f64 = 64.0;
 
+/// Most times of its heat that a vertex may pass on in a step of heat, where rounding takes 1e-8 of it; and most parts of a step.
+const PASSED_MAX: f64 = 1e8;
+const PARTS_MAX: f64 = 1e4;
+
 /// Everything about the heat of a body that does not change.
 #[derive(Clone, Debug)]
 pub(crate) struct BodyHeat {
@@ -81,6 +85,8 @@ pub(crate) struct HeatState {
     answered: Vec<f64>,
     jump: f64,
     range: Option<[f64; 2]>,
+    /// Largest change of a factor on the yield stress in a step of heat, over what it was.
+    pub(crate) yielding: f64,
     /// Loss by friction at each node of the upper edge that has become heat (J).
     slid: Vec<f64>,
 }
@@ -217,9 +223,25 @@ impl BodyHeat {
         larger(jump, 1.0 / state.exchanges as f64)
     }
 
-    /// One over the number of steps of heat; 0 where each own step is one.
+    /// One over the number of steps of heat, 0 where each own step is one; or, if larger, what a property that changed within a step made of it.
     pub(crate) fn coarseness(&self, state: &HeatState) -> f64 {
-        heat_coarseness(self.every, state.count)
+        let (few, field) = (heat_coarseness(self.every, state.count), &state.field);
+        let bent = field.bent / larger(field.extreme[0], f64::MIN_POSITIVE);
+        larger(larger(few, bent), state.yielding)
+    }
+
+    /// Refuses steps of heat of this length (s) that temperatures cannot follow, or that never end.
+    pub(crate) fn check_step(&self, time: f64) -> Result<(), ConfigError> {
+        let [passed, parts] = self.body.swiftness(time);
+        let wrong = passed.is_nan() || passed > PASSED_MAX || parts > PARTS_MAX;
+        refuse_if(
+            wrong,
+            "heat",
+            format!(
+                "lets a point pass on {passed:.1e} times its heat down, and takes {parts:.1e} parts across, in a step of heat of {time:.1e} s; {PASSED_MAX:e} and {PARTS_MAX:e} are the most"
+            ),
+            "look at the units of conductivity, capacity, their factors and films, make heat.finest_m larger, or lower heat.every_steps",
+        )
     }
 
     /// Takes heat (J) at these nodes of the upper edge, and returns their temperatures (K).
@@ -327,11 +349,11 @@ impl BodyHeat {
         let all = state.produced.iter().chain(&field.conducted);
         let all = all.chain([&stored, &state.to_wheel, &state.entered]);
         let size: f64 = all.map(|joules| joules.abs()).sum();
-        if size > 0.0 {
-            ((produced - stored - conducted).abs() + booked.sum::<f64>()) / size
-        } else {
-            0.0
+        // Written so that a NaN stays NaN.
+        if size == 0.0 {
+            return 0.0;
         }
+        ((produced - stored - conducted).abs() + booked.sum::<f64>()) / size
     }
 }
 

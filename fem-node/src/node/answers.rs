@@ -124,7 +124,7 @@ impl Node for FemNode {
         } else {
             self.run.accept(&mut committed.state, &self.reported_rows);
         }
-        if let Some(heat) = committed.heat.as_ref().filter(|_| !in_steps) {
+        if let Some(heat) = committed.heat.as_mut().filter(|_| !in_steps) {
             self.model.warm(heat, &mut committed.state);
         }
         self.gathered.take();

@@ -63,9 +63,10 @@ impl FemNode {
         mut state: NodalState,
         setting: &Setting,
     ) -> Result<FemNode, FemError> {
-        let heat = model.heat.as_ref().map(BodyHeat::at_start);
-        if let Some(heat) = &heat {
+        let mut heat = model.heat.as_ref().map(BodyHeat::at_start);
+        if let Some(heat) = &mut heat {
             model.warm(heat, &mut state);
+            heat.yielding = 0.0;
         }
         let threads = setting.threads.max(1);
         Ok(FemNode {

@@ -23,7 +23,7 @@ use crate::config::keys::FemConfig;
 use crate::error::FemError;
 use crate::interface::coupling_sets;
 use crate::model::Model;
-use crate::model::heat::{BodyHeat, HeatRun, HeatState};
+use crate::model::heat::{HeatRun, HeatState};
 use crate::model::rolling::Roll;
 use crate::output::plausible;
 use crate::output::probe;
@@ -104,13 +104,16 @@ impl StaticNode {
             wheel.map_or((0.0, 0.0), |wheel| (wheel.amplitude_m, wheel.cycles));
         let frequency = wheel.map_or(0.0, |wheel| wheel.frequency_hz);
         let rolled_in = rolling.as_ref().map(RollingIncrements::increment_s);
-        let heat = model.heat.iter().map(BodyHeat::at_start);
+        let increment_s =
+            rolled_in.unwrap_or(1.0 / (frequency * f64::from(config.statics.per_cycle())));
         let mut heat_run = HeatRun::default();
-        heat.for_each(|start| heat_run.restore(&start));
+        if let Some(heat) = &model.heat {
+            heat.check_step(increment_s)?;
+            heat_run.restore(&heat.at_start());
+        }
         Ok(StaticNode {
             heat: heat_run,
-            increment_s: rolled_in
-                .unwrap_or(1.0 / (frequency * f64::from(config.statics.per_cycle()))),
+            increment_s,
             statics: Statics::new(&model.static_problem(), loads)?,
             snapshots: Snapshots::new(setting),
             loads,

@@ -6,7 +6,7 @@ use fem_kernel::integrate::state::NodalState;
 use fem_kernel::mesh::Edge;
 use fem_kernel::pack::largest;
 use fem_kernel::wheel::node_contact::ContactStatus;
-use kit::finding::{HEAT_BALANCE, HEAT_STEPS, WHEEL_AT_REST};
+use kit::finding::{BELOW_ZERO, HEAT_BALANCE, HEAT_STEPS, WHEEL_AT_REST};
 use kit::judge;
 use protocol::{Finding, larger};
 
@@ -60,14 +60,15 @@ kit::findings! {
     ///
     /// - Why: heat has entered less deep than the first layer is thick.
     /// - Do: make `heat.finest_m` smaller; at an edge other than the upper one, the elements.
-    /// - Judged: Fall of the temperature over the outermost layer when the contact edge was hottest, or beside a held edge at the end, over the largest rise.
+    /// - Judged: Fall of the temperature over the outermost layer when the contact edge was furthest from its start, or beside an edge of `heat.edges` at the
+    ///   end, over the largest rise.
     /// - Valid: 0.04 (`wheel-rail-heat`).
     /// - Wrong: 0.86 (`heat/half-space` without layers, 24 % too cold).
     THERMAL_DEPTH = "thermal_depth": thermal_depth_rel in fem = [0.3, 0.8];
     /// Temperatures of a coupled surface change much from one exchange of heat to the next.
     ///
     /// - Why: the exchanges are few, or each side overshoots, as the other one stands still between two exchanges.
-    /// - Do: lower `interface.<name>.heat_every_windows`.
+    /// - Do: lower `interface.<name>.heat_every_windows`, or make its windows shorter.
     /// - Judged: Largest change of a temperature from one exchange to the next, over the range of all, or one over the number of exchanges.
     /// - Valid: 0.12 (`wheel-rail-heat`).
     /// - Wrong: 0.78 (`wheel-rail-heat` from grains of 400 K, four exchanges: 16 % more heat).
@@ -163,19 +164,22 @@ pub(crate) fn heat(model: &Model, state: Option<&HeatState>, lost: [f64; 2]) -> 
     };
     let balance = heat.balance_rel(state, lost);
     let [rise, x, t] = state.field.peak;
-    let (fall, peak) = (state.field.peak_fall, heat.start + rise);
+    let ([_, fall], peak) = (state.field.extreme, heat.start + rise);
+    let lowest = heat.start + state.field.lowest;
     let (jump, beside) = (heat.jump_rel(state), heat.body.fall_at_edges(&state.field));
     let found = [
         judge!(model.plausible => HEAT_BALANCE, balance;
             "{balance:.1e} of the heat was lost, or made without a loss: an error of the program, please report it"),
         judge!(model.plausible => THERMAL_DEPTH, fall;
-            "when the contact edge was hottest, at t = {t:.3e} s and x = {x:.3e} m, {fall:.2} of its rise lay in the outermost layer: make heat.finest_m smaller"),
+            "when the contact edge was furthest from its start, {fall:.2} of its rise lay in the outermost layer: make heat.finest_m smaller"),
         judge!(model.plausible => THERMAL_DEPTH, beside;
-            "{beside:.2} of the largest rise lies between a held edge and the nodes beside it: make heat.finest_m smaller at the contact edge, or the elements at others"),
+            "{beside:.2} of the largest rise lies between an edge of heat.edges and the nodes beside it: make heat.finest_m smaller at the contact edge, or the elements at others"),
         judge!(model.plausible => HEAT_STEPS, heat.coarseness(state);
-            "heat passed in few steps, and each mixes what happens within: lower heat.every_steps"),
+            "heat passed in few steps, or a factor changed much within one, and each mixes what happens within: lower heat.every_steps"),
+        judge!(model.plausible => BELOW_ZERO, larger(0.0, -lowest);
+            "a point of the body had {lowest:.0} K: look at the fluxes of heat.edges and at heat.capacity_factor"),
         judge!(model.plausible => HEAT_EXCHANGE, jump;
-            "exchanges of heat were few, or a temperature of the coupled surface changed by {jump:.2} of their range from one to the next: lower heat_every_windows of its interface"),
+            "exchanges of heat were few, or a temperature of the coupled surface changed by {jump:.2} of their range from one to the next: lower heat_every_windows of its interface, or make its windows shorter"),
         judge!(model.plausible => SURFACE_TEMPERATURE, peak;
             "the contact edge had {peak:.0} K at t = {t:.3e} s and x = {x:.3e} m, far beyond solids with one capacity and conductivity: give heat.edges, or look at the units of heat"),
     ];

@@ -120,11 +120,20 @@ findings! {
     /// - Valid: 1e-13.
     /// - Wrong: 4e-4 (impacts of a sliding disk without the part of the scheme).
     HEAT_BALANCE = "heat_balance": heat_balance_rel in dem fem = [1e-9, 1e-6];
+    /// A temperature below 0 K.
+    ///
+    /// - Why: more heat is taken than there is, or a step of heat crosses a steep factor on the capacity.
+    /// - Do: look at the fluxes of `heat.edges` and their units, and at `heat.capacity_factor`.
+    /// - Judged: Lowest temperature of a grain or a point of a body, below 0 K (K).
+    /// - Valid: 0.
+    /// - Wrong: 260 (`heat/half-space` that gives 2e8 W/m2).
+    BELOW_ZERO = "below_zero": below_zero_k in dem fem = [0.0, 0.0];
     /// Heat passes in few steps.
     ///
-    /// - Why: `heat.every_steps` is large for the run.
-    /// - Do: lower `heat.every_steps`.
-    /// - Judged: One over the number of steps of heat, where these are longer than a step of the participant.
+    /// - Why: `heat.every_steps` is large for the run, or a factor changes within a step.
+    /// - Do: lower `heat.every_steps`, or make a steep table of factors gentler.
+    /// - Judged: One over the number of steps of heat, where these are longer than a step of the participant. Or the most that a factor on the capacity which
+    ///   changed within a step made of a temperature, over the largest change so far; or the change of a factor on the yield stress in a step.
     /// - Valid: 0.01.
     /// - Wrong: 1 (`heat/column` with `heat.every_steps` beyond its end, 10 % off after 0.2 s).
     HEAT_STEPS = "heat_steps": heat_steps_rel in dem fem = [0.05, 1e300];

@@ -7,17 +7,28 @@
 //! T_0 + history/b ([`kit::heat`]). The heat Q since the last conduction enters with the heat of this one.
 
 use super::{StepInput, Stepper};
+use protocol::larger;
+
 use crate::bodies::Bodies;
+use crate::error::KernelError;
 use crate::law::heat::HeatLaw;
 use crate::step::state::GrainState;
 use crate::step::temperature::PairHeat;
 
+/// Most times of its heat that a grain may pass on in a step of heat, where rounding takes 1e-5 of it.
+const PASSED_MAX: f64 = 1e11;
+
 impl Stepper {
     /// Warms the grains by the losses of the contacts of a step, and lets heat pass through these contacts.
-    pub(super) fn warm(&mut self, state: &mut GrainState, input: &StepInput, warmed: &[PairHeat]) {
+    pub(super) fn warm(
+        &mut self,
+        state: &mut GrainState,
+        input: &StepInput,
+        warmed: &[PairHeat],
+    ) -> Result<(), KernelError> {
         let bodies = input.bodies;
         let Some(law) = &bodies.heat else {
-            return;
+            return Ok(());
         };
         for one in warmed {
             let places = [&state.centres[..], &state.surface];
@@ -26,19 +37,26 @@ impl Stepper {
         let (steps, time) = state.heat.waited;
         state.heat.waited = (steps + 1, time + input.step);
         if steps + 1 >= law.every {
-            self.conduct(state, bodies, law);
+            self.conduct(state, bodies, law)?;
         }
+        Ok(())
     }
 
     /// Lets the heat of the last steps pass, fewer than from one conduction to the next.
-    pub fn end_heat(&mut self, state: &mut GrainState, bodies: &Bodies) {
+    pub fn end_heat(&mut self, state: &mut GrainState, bodies: &Bodies) -> Result<(), KernelError> {
         if let Some(law) = bodies.heat.as_ref().filter(|_| state.heat.waited.0 > 0) {
-            self.conduct(state, bodies, law);
+            self.conduct(state, bodies, law)?;
             state.heat.see_peak(&state.centres, state.heat.seen);
         }
+        Ok(())
     }
 
-    fn conduct(&mut self, state: &mut GrainState, bodies: &Bodies, law: &HeatLaw) {
+    fn conduct(
+        &mut self,
+        state: &mut GrainState,
+        bodies: &Bodies,
+        law: &HeatLaw,
+    ) -> Result<(), KernelError> {
         let (_, time) = std::mem::take(&mut state.heat.waited);
         state.heat.conductions += 1;
         let contents = state.heat.contents.iter();
@@ -62,6 +80,11 @@ impl Stepper {
             capacities.push(capacity);
         }
         let links = &self.links;
+        let swift = links.conductances(starts.len()).into_iter().enumerate();
+        let mut swift = swift.map(|(body, h)| (body, h / capacities[body]));
+        if let Some((body, passed)) = swift.find(|(_, passed)| !(*passed < PASSED_MAX)) {
+            return Err(KernelError::Heat { body, passed });
+        }
         let ends = links.conducted(&capacities, &starts);
         // The temperatures follow from the heat that passes at the ends found, so that none is lost.
         let received = links.received(&ends, 1.0);
@@ -69,8 +92,12 @@ impl Stepper {
             heat.give(bodies, law, *body, h * (ends[*grain] - beside));
         }
         let all = heat.contents.iter_mut().zip(&received);
-        for ((content, joules), capacity) in all.zip(&base) {
+        for (grain, ((content, joules), capacity)) in all.zip(&base).enumerate() {
             *content += joules / capacity;
+            let rise = law.capacity_factor.rise(*content);
+            let linear = starts[grain] + joules / capacities[grain];
+            heat.bent = larger(heat.bent, (rise - linear).abs());
+            heat.lowest = -larger(-heat.lowest, -rise);
         }
         for (k, of) in law.half_spaces.iter().enumerate() {
             let (joules, at) = (received[grains + k], grains + k);
@@ -80,6 +107,7 @@ impl Stepper {
             let flux = (std::mem::take(waiting) + joules) / (of.area * time);
             memory.take(flux, time);
         }
+        Ok(())
     }
 
     /// Finds the contacts through which heat passes in a time (s), grains having these rises (K); half-spaces have the numbers after theirs.

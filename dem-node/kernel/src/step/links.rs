@@ -32,14 +32,21 @@ impl Links {
         received
     }
 
+    /// Sum of h H at each grain and half-space, of this many (J/K).
+    pub fn conductances(&self, count: usize) -> Vec<f64> {
+        let mut sums = vec![0.0; count];
+        for ([i, j], h) in &self.inner {
+            sums[*i] += h;
+            sums[*j] += h;
+        }
+        self.outer.iter().for_each(|(i, .., h)| sums[*i] += h);
+        sums
+    }
+
     /// The rises after the conduction, up to [`TOLERANCE`]: T + d with (C + h L) d = -h L T, by conjugate gradients with the diagonal.
     pub fn conducted(&self, capacities: &[f64], start: &[f64]) -> Vec<f64> {
-        let mut diagonal = capacities.to_vec();
-        for ([i, j], h) in &self.inner {
-            diagonal[*i] += h;
-            diagonal[*j] += h;
-        }
-        self.outer.iter().for_each(|(i, .., h)| diagonal[*i] += h);
+        let both = self.conductances(start.len()).into_iter().zip(capacities);
+        let diagonal: Vec<f64> = both.map(|(h, capacity)| capacity + h).collect();
         let mut residual = self.received(start, 1.0);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let scaled =

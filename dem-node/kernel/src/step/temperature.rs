@@ -67,6 +67,10 @@ pub struct Heat {
     pub peak: f64,
     /// Place and time of the highest content: x, y (m), t (s).
     pub peak_at: [f64; 3],
+    /// Lowest rise of a grain after a conduction (K).
+    pub lowest: f64,
+    /// Largest difference that a capacity which changed in a conduction made to a rise (K).
+    pub bent: f64,
     /// Steps and time (s) since the last conduction.
     pub waited: (u32, f64),
     /// Conductions so far.
@@ -216,11 +220,11 @@ impl Heat {
             [&self.produced[..], &self.conducted].map(|all| all.iter().sum::<f64>());
         let all = self.produced.iter().chain(&self.conducted).chain([&stored]);
         let size: f64 = all.map(|joules| joules.abs()).sum();
-        if size > 0.0 {
-            ((gained - stored - left).abs() + missed) / size
-        } else {
-            0.0
+        // Written so that a NaN stays NaN.
+        if size == 0.0 {
+            return 0.0;
         }
+        ((gained - stored - left).abs() + missed) / size
     }
 
     /// Warms a body by the part of the impacts that the scheme loses in it (J), which belongs to no contact; only rigid contacts book it as impacts.

@@ -3,6 +3,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use protocol::larger;
+
 use super::corners::{CornerRows, StrainPath, StrainState};
 use super::gather::{CORNER_FORCES, GatherBuffers, NodalFields, corner_rows, gather, sum_corners};
 use super::layout::Layout;
@@ -309,18 +311,22 @@ impl Body {
         self.history_blocks() * HISTORY * self.layout.padded_columns()
     }
 
-    /// Sets the factors on the yield stress, behind the history of each row of elements.
-    pub fn soften(&self, history: &mut [f64], factor: impl Fn([usize; 2]) -> f64) {
+    /// Sets the factors on the yield stress, behind the history of each row of elements. Returns the largest change of a factor, over what it was.
+    pub fn soften(&self, history: &mut [f64], factor: impl Fn([usize; 2]) -> f64) -> f64 {
         let (own, padded) = (self.history_len(), self.layout.padded_columns());
+        let mut changed = 0.0;
         for (j, row) in history.chunks_exact_mut(own + padded).enumerate() {
             for (i, value) in row[own..].iter_mut().enumerate() {
+                let before = *value;
                 *value = if i < self.layout.columns {
                     factor([i, j])
                 } else {
                     1.0
                 };
+                changed = larger(changed, (*value / before - 1.0).abs());
             }
         }
+        changed
     }
 
     /// Number of points at which an element has its own stress.
