@@ -80,7 +80,8 @@ impl Stepper {
             capacities.push(capacity);
         }
         let links = &self.links;
-        let swift = links.conductances(starts.len()).into_iter().enumerate();
+        let all = links.with_conductances(vec![0.0; starts.len()]);
+        let swift = all.into_iter().enumerate();
         let mut swift = swift.map(|(body, h)| (body, h / capacities[body]));
         if let Some((body, passed)) = swift.find(|(_, passed)| !(*passed < PASSED_MAX)) {
             return Err(KernelError::Heat { body, passed });

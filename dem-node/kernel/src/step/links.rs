@@ -32,9 +32,8 @@ impl Links {
         received
     }
 
-    /// Sum of h H at each grain and half-space, of this many (J/K).
-    pub fn conductances(&self, count: usize) -> Vec<f64> {
-        let mut sums = vec![0.0; count];
+    /// Adds all h H at each grain and half-space to its number (J/K).
+    pub fn with_conductances(&self, mut sums: Vec<f64>) -> Vec<f64> {
         for ([i, j], h) in &self.inner {
             sums[*i] += h;
             sums[*j] += h;
@@ -45,8 +44,7 @@ impl Links {
 
     /// The rises after the conduction, up to [`TOLERANCE`]: T + d with (C + h L) d = -h L T, by conjugate gradients with the diagonal.
     pub fn conducted(&self, capacities: &[f64], start: &[f64]) -> Vec<f64> {
-        let both = self.conductances(start.len()).into_iter().zip(capacities);
-        let diagonal: Vec<f64> = both.map(|(h, capacity)| capacity + h).collect();
+        let diagonal = self.with_conductances(capacities.to_vec());
         let mut residual = self.received(start, 1.0);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let scaled =
