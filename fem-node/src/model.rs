@@ -299,16 +299,6 @@ impl Model {
         }
     }
 
-    /// Temperatures of all nodes (K).
-    pub(crate) fn temperatures(&self, state: &heat::HeatState) -> Vec<f64> {
-        let heat = self.heat.iter();
-        let nodes = heat.flat_map(|heat| {
-            let rise = |node| heat.start + heat.body.rise(&state.field, node);
-            self.mesh.nodes().map(rise)
-        });
-        nodes.collect()
-    }
-
     /// 4 L / c_p (s), the first period of a column of the largest height L, held at its base and free at its top: a pressure wave crosses it four
     /// times.
     pub fn first_period(&self) -> f64 {

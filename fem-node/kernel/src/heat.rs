@@ -93,7 +93,7 @@ struct HeatWheel {
 }
 
 /// The part of the heat that steps change.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct HeatField {
     /// Rises of the temperatures since the start (K), row after row.
     pub rises: Vec<f64>,
@@ -113,6 +113,9 @@ pub struct HeatField {
     pub peak_fall: f64,
     /// Time since the start (s).
     pub time: f64,
+    /// Factors of the columns for the length of the last step; a step of another length computes them again.
+    #[serde(skip)]
+    factors: ColumnFactors,
 }
 
 impl HeatField {
@@ -127,7 +130,7 @@ impl HeatField {
 
 /// Factors of the columns for steps of one length.
 #[derive(Clone, Debug, Default)]
-pub struct ColumnFactors {
+struct ColumnFactors {
     step: f64,
     lower: Vec<f64>,
     inverse: Vec<f64>,
@@ -439,12 +442,12 @@ impl HeatBody {
     }
 
     /// Goes on by this time (s), with the heat that waits.
-    pub fn advance(&self, field: &mut HeatField, factors: &mut ColumnFactors, time: f64) {
+    pub fn advance(&self, field: &mut HeatField, time: f64) {
         let parts = (time / self.limit).ceil().max(1.0);
         let step = time / parts;
-        let changes = self.changes();
+        let (changes, mut factors) = (self.changes(), std::mem::take(&mut field.factors));
         if !changes && factors.step != step {
-            *factors = self.factors(step);
+            factors = self.factors(step);
         }
         let mut added = vec![0.0; self.capacity.len()];
         added[..self.columns].copy_from_slice(&field.upper);
@@ -455,11 +458,12 @@ impl HeatBody {
             if changes {
                 self.changing_step(field, step, &added);
             } else {
-                self.step(field, factors, &added);
+                self.step(field, &factors, &added);
             }
             field.time += step;
             self.see_peak(field);
         }
+        field.factors = factors;
     }
 
     /// True where a step has other factors than the one before.

@@ -1,6 +1,6 @@
 //! The heat of a body: its vertices, the shares of its sources, and its results.
 
-use fem_kernel::heat::{ColumnFactors, HeatBody, HeatField, HeatNumbers};
+use fem_kernel::heat::{HeatBody, HeatField, HeatNumbers};
 use fem_kernel::material::Elastic;
 use fem_kernel::mesh::{Edge, Mesh};
 use kit::ConfigError;
@@ -58,8 +58,8 @@ pub(crate) struct BodyHeat {
     edges: Vec<String>,
 }
 
-/// The heat of a body so far.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// The heat of a body so far; nothing by default, for a body without.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct HeatState {
     pub(crate) field: HeatField,
     /// Heat by friction, the wheel's included, and by plastic flow (J).
@@ -83,14 +83,8 @@ pub(crate) struct HeatState {
     range: Option<[f64; 2]>,
     /// Loss by friction at each node of the upper edge that has become heat (J).
     slid: Vec<f64>,
-}
-
-/// Heat of a body in the course of a window, with the factors of its columns.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct HeatRun {
-    pub(crate) state: HeatState,
-    factors: ColumnFactors,
     /// Loss by plastic flow since the start of the window that has become heat, by elements (J).
+    #[serde(skip)]
     yielded: Vec<f64>,
 }
 
@@ -169,34 +163,18 @@ impl BodyHeat {
     }
 
     /// Lets heat pass up to this number of own steps of this length (s), in whole intervals.
-    pub(crate) fn pass(
-        &self,
-        state: &mut HeatState,
-        factors: &mut ColumnFactors,
-        (steps, step): (u64, f64),
-    ) {
+    pub(crate) fn pass(&self, state: &mut HeatState, (steps, step): (u64, f64)) {
         while steps - state.heated >= self.every {
-            let until = state.heated + self.every;
-            self.end(state, factors, (until, step));
+            self.end(state, (state.heated + self.every, step));
         }
     }
 
     /// The same to the end, the last interval being shorter.
-    pub(crate) fn end(
-        &self,
-        state: &mut HeatState,
-        factors: &mut ColumnFactors,
-        (steps, step): (u64, f64),
-    ) {
-        let rest = steps - state.heated;
-        if rest > 0 {
-            self.go_on(state, factors, rest as f64 * step);
-            (state.heated, state.count) = (steps, state.count + 1);
+    pub(crate) fn end(&self, state: &mut HeatState, (steps, step): (u64, f64)) {
+        if steps == state.heated {
+            return;
         }
-    }
-
-    /// Goes on by this time (s), with what arrives and waits.
-    fn go_on(&self, state: &mut HeatState, factors: &mut ColumnFactors, time: f64) {
+        let time = (steps - state.heated) as f64 * step;
         let upper = state.field.upper.iter_mut();
         for (waiting, [left, rate]) in upper.zip(&mut state.arriving) {
             let all = (*rate * time).abs() >= left.abs();
@@ -204,7 +182,8 @@ impl BodyHeat {
             *left -= joules;
             *waiting += joules;
         }
-        self.body.advance(&mut state.field, factors, time);
+        self.body.advance(&mut state.field, time);
+        (state.heated, state.count) = (steps, state.count + 1);
     }
 
     /// Largest change of a temperature from one exchange to the next, over the range of all, or one over the number of exchanges; 0 without heat.
@@ -227,10 +206,9 @@ impl BodyHeat {
         &self,
         state: &mut HeatState,
         (nodes, heat): (&[[usize; 2]], &[f64]),
-        factors: &mut ColumnFactors,
         (steps, step): (u64, f64),
     ) -> Vec<f64> {
-        self.end(state, factors, (steps, step));
+        self.end(state, (steps, step));
         // The last interval of a run may be short, and heat of the one before still arrives then.
         let since = (steps - state.exchanged) as f64 * step;
         state.interval = larger(state.interval, since);
@@ -372,22 +350,19 @@ impl HeatState {
         let arriving = self.arriving.iter().flatten();
         self.field.numbers().chain(sums).chain(arriving)
     }
-}
 
-impl HeatRun {
     /// Begins a window.
     pub(crate) fn restore(&mut self, start: &HeatState) {
-        self.state.clone_from(start);
+        self.clone_from(start);
         self.yielded.fill(0.0);
     }
 
     /// Takes the losses by plastic flow since the last call, in each element since the start of the window (J).
     pub(crate) fn yield_to(&mut self, heat: &BodyHeat, yielded: &[f64]) {
-        self.yielded.resize(yielded.len(), 0.0);
-        let both = yielded.iter().zip(&self.yielded);
-        self.state
-            .yields(heat, both.map(|(after, before)| after - before));
-        self.yielded.copy_from_slice(yielded);
+        let mut before = std::mem::replace(&mut self.yielded, yielded.to_vec());
+        before.resize(yielded.len(), 0.0);
+        let both = yielded.iter().zip(before);
+        self.yields(heat, both.map(|(after, before)| after - before));
     }
 
     /// Takes the losses by slip at each node since the start of the run (J) with the nodes that the wheel touches, and goes on by this time (s).
@@ -397,10 +372,9 @@ impl HeatRun {
         rubbed: (&[f64], impl Iterator<Item = bool>),
         time: f64,
     ) {
-        self.state.rub(heat, rubbed);
-        let field = &mut self.state.field;
-        heat.body.advance(field, &mut self.factors, time);
-        self.state.heated += heat.every;
-        self.state.count += 1;
+        self.rub(heat, rubbed);
+        heat.body.advance(&mut self.field, time);
+        self.heated += heat.every;
+        self.count += 1;
     }
 }

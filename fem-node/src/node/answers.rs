@@ -103,17 +103,13 @@ impl Node for FemNode {
         committed.ledger = ledger;
         committed.reactions = self.run.works.last_reactions(&self.model);
         let in_steps = warms_in_steps(&self.model, &input);
-        let heats = (&self.model.heat, &mut committed.heat, &self.run.heat);
-        if let (Some(heat), Some(state), Some(run)) = heats {
-            if in_steps {
-                state.clone_from(&run.state);
-            } else {
-                let lost = self.run.fields.dissipated.plastic.iter();
-                state.yields(heat, lost.copied());
-                let steps = committed.steps + u64::from(input.substeps);
-                let time = (steps, self.model.scheme.step);
-                heat.pass(state, &mut self.heat_factors, time);
-            }
+        if in_steps {
+            committed.heat.clone_from(&self.run.heat);
+        } else if let Some(heat) = &self.model.heat {
+            let lost = self.run.fields.dissipated.plastic.iter();
+            committed.heat.yields(heat, lost.copied());
+            let steps = committed.steps + u64::from(input.substeps);
+            heat.pass(&mut committed.heat, (steps, self.model.scheme.step));
         }
         if let (Some(wheel), Some(run)) = (&mut committed.wheel, &self.run.wheel) {
             committed.state.resume(&self.run.fields.state);
@@ -124,8 +120,8 @@ impl Node for FemNode {
         } else {
             self.run.accept(&mut committed.state, &self.reported_rows);
         }
-        if let Some(heat) = committed.heat.as_ref().filter(|_| !in_steps) {
-            self.model.warm(heat, &mut committed.state);
+        if !in_steps {
+            self.model.warm(&committed.heat, &mut committed.state);
         }
         self.gathered.take();
         committed.steps += u64::from(input.substeps);
@@ -139,12 +135,11 @@ impl Node for FemNode {
     }
 
     fn take_heat(&mut self, _window: &Window, heat: &[f64]) -> Result<Vec<f64>, NodeError> {
-        let both = self.model.heat.as_ref().zip(self.committed.heat.as_mut());
-        let (of, state) = both.ok_or(FemError::NoHeat)?;
-        let time = (self.committed.steps, self.model.scheme.step);
-        let nodes = (&*self.interface.exchanged, heat);
-        let answer = of.exchange(state, nodes, &mut self.heat_factors, time);
-        self.model.warm(state, &mut self.committed.state);
+        let (of, committed) = (self.model.heat.as_ref(), &mut self.committed);
+        let time = (committed.steps, self.model.scheme.step);
+        let (of, nodes) = (of.ok_or(FemError::NoHeat)?, &*self.interface.exchanged);
+        let answer = of.exchange(&mut committed.heat, (nodes, heat), time);
+        self.model.warm(&committed.heat, &mut committed.state);
         Ok(answer)
     }
 

@@ -62,11 +62,10 @@ impl Node for ReducedNode {
     }
 
     fn take_heat(&mut self, _window: &Window, heat: &[f64]) -> Result<Vec<f64>, NodeError> {
-        let both = self.model.heat.as_ref().zip(self.committed.heat.as_mut());
-        let (of, state) = both.ok_or(FemError::NoHeat)?;
+        let of = self.model.heat.as_ref().ok_or(FemError::NoHeat)?;
         let time = (self.committed.steps, self.model.scheme.step);
         let nodes = (&*self.interface.exchanged, heat);
-        Ok(of.exchange(state, nodes, &mut self.heat_factors, time))
+        Ok(of.exchange(&mut self.committed.heat, nodes, time))
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
@@ -99,8 +98,8 @@ impl Node for ReducedNode {
     fn finish(&mut self) -> Result<Outcome, NodeError> {
         let (last, state_hash) = (self.recovered()?, self.state_hash());
         let time = (self.committed.steps, self.model.scheme.step);
-        if let (Some(heat), Some(state)) = (&self.model.heat, &mut self.committed.heat) {
-            heat.end(state, &mut self.heat_factors, time);
+        if let Some(heat) = &self.model.heat {
+            heat.end(&mut self.committed.heat, time);
         }
         let windows = self.committed.mode_windows as f64;
         Ok(Outcome {

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use fem_kernel::heat::ColumnFactors;
 use fem_kernel::integrate::state::NodalState;
 use fem_kernel::mesh::Edge;
 use fem_kernel::pack::largest;
@@ -51,7 +50,6 @@ pub struct ReducedNode {
     /// C_far of the committed force in windows of this number of steps.
     pub(super) far: Option<(u32, Vec<f64>)>,
     pub(super) committed: ReducedCommitted,
-    pub(super) heat_factors: ColumnFactors,
     /// Last window advanced: index, number of steps, force and displacements.
     pub(super) pending: Option<(u64, u32, [Vec<f64>; 2])>,
     /// True after a window with more kinetic energy than the loads gave.
@@ -76,7 +74,7 @@ pub(super) struct ReducedCommitted {
     /// Largest pressures at the snapshot of the hold.
     pub(super) hold_maxima: Option<PressureMaxima>,
     /// Temperatures, where the body has them.
-    pub(super) heat: Option<HeatState>,
+    pub(super) heat: HeatState,
     /// Largest strain at the ends of the phases so far.
     pub(super) strain_max: f64,
 }
@@ -107,6 +105,7 @@ impl ReducedNode {
             ),
             "raise it, or give modes = 50",
         )?;
+        let heat = model.heat.as_ref().map(BodyHeat::at_start);
         Ok(ReducedNode {
             snapshots: Snapshots::new(setting),
             body,
@@ -119,10 +118,9 @@ impl ReducedNode {
             free: None,
             far: None,
             committed: ReducedCommitted {
-                heat: model.heat.as_ref().map(BodyHeat::at_start),
+                heat: heat.unwrap_or_default(),
                 ..ReducedCommitted::default()
             },
-            heat_factors: ColumnFactors::default(),
             pending: None,
             suspected: false,
             seen: NodalState::at_rest(&model.body),
@@ -296,9 +294,9 @@ impl ReducedNode {
         committed.ledger.add(&end.energies);
         let before = committed.steps;
         (committed.state, committed.steps) = (end.state, before + u64::from(substeps));
-        if let (Some(heat), Some(state)) = (&self.model.heat, &mut committed.heat) {
+        if let Some(heat) = &self.model.heat {
             let time = (committed.steps, self.model.scheme.step);
-            heat.pass(state, &mut self.heat_factors, time);
+            heat.pass(&mut committed.heat, time);
         }
         self.far = Some((substeps, end.far));
         self.see(&end.beside);

@@ -10,7 +10,6 @@ use super::fem_node::FemNode;
 use crate::error::FemError;
 use crate::interface::window::extent::WindowInput;
 use crate::interface::{coupling_sets, outward_normals, periods};
-use crate::model::heat::HeatState;
 use crate::model::rolling::Roll;
 use crate::model::{Model, limit_name};
 use crate::output::ledger::NamedTerm;
@@ -66,11 +65,8 @@ impl FemNode {
         let motions = model.motions.iter();
         signals.extend(motions.flat_map(|motion| motion.displacements(layout, t)));
         signals.extend(probe::momentum(model, state));
-        let heat = model.heat.as_ref().zip(committed.heat.as_ref());
-        signals.extend(
-            heat.into_iter()
-                .flat_map(|(heat, state)| heat.signals(state)),
-        );
+        let heat = model.heat.iter();
+        signals.extend(heat.flat_map(|heat| heat.signals(&committed.heat)));
         signals
     }
 
@@ -131,23 +127,20 @@ impl FemNode {
         let state = &self.committed.state;
         results.extend(probe::outward_displacements(&self.model, state));
         results.extend(self.reactions());
-        let heat = self.model.heat.as_ref().zip(self.committed.heat.as_ref());
-        results.extend(
-            heat.into_iter()
-                .flat_map(|(heat, state)| heat.results(state, self.heating())),
-        );
+        let heat = self.model.heat.iter();
+        results.extend(heat.flat_map(|heat| heat.results(&self.committed.heat, self.heating())));
         results
     }
 
     /// Lets the heat of the last steps pass: the slip and the time since the last step of heat.
     pub(super) fn end_heat(&mut self) {
         let (model, committed) = (&self.model, &mut self.committed);
-        if let Some((heat, state)) = model.heat.as_ref().zip(committed.heat.as_mut()) {
+        if let Some(heat) = &model.heat {
             if let Some(wheel) = &committed.wheel {
-                state.rub(heat, wheel.rubbed());
+                committed.heat.rub(heat, wheel.rubbed());
             }
             let time = (committed.steps, model.scheme.step);
-            heat.end(state, &mut self.heat_factors, time);
+            heat.end(&mut committed.heat, time);
         }
     }
 
@@ -186,7 +179,7 @@ impl FemNode {
                 [sampled, &last].into_iter(),
             ));
         }
-        let heat = plausible::heat(model, committed.heat.as_ref(), self.heating());
+        let heat = plausible::heat(model, &committed.heat, self.heating());
         findings.into_iter().flatten().chain(heat).collect()
     }
 
@@ -207,7 +200,8 @@ impl FemNode {
             fields.extend([&wheel[..], &state.a]);
         }
         fields.extend(state.thermal.iter().map(|thermal| &thermal[..]));
-        let heat = self.committed.heat.iter().flat_map(HeatState::numbers);
+        let heat = self.model.heat.iter();
+        let heat = heat.flat_map(|_| self.committed.heat.numbers());
         for value in fields.into_iter().flatten().chain(heat) {
             hasher.update(&value.to_le_bytes());
         }
@@ -232,9 +226,7 @@ impl FemNode {
                 _ => ContactProfile::in_motion(&self.model, contacts),
             });
         }
-        let temperatures = committed.heat.as_ref();
-        let temperatures = temperatures.map(|heat| self.model.temperatures(heat));
-        let surface = (contacts, profile.as_ref(), temperatures.as_deref());
+        let surface = (contacts, profile.as_ref(), &committed.heat);
         self.snapshots
             .write(name, &self.model, &committed.state, surface)
     }

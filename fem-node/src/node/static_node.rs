@@ -23,7 +23,7 @@ use crate::config::keys::FemConfig;
 use crate::error::FemError;
 use crate::interface::coupling_sets;
 use crate::model::Model;
-use crate::model::heat::{BodyHeat, HeatRun, HeatState};
+use crate::model::heat::{BodyHeat, HeatState};
 use crate::model::rolling::Roll;
 use crate::output::plausible;
 use crate::output::probe;
@@ -53,7 +53,7 @@ pub struct StaticNode {
     pub held: Option<StaticState>,
     cycles: CycleRecord,
     rolled: RollingRecord,
-    heat: HeatRun,
+    heat: HeatState,
     /// Time of an increment of the motion (s).
     increment_s: f64,
 }
@@ -104,11 +104,9 @@ impl StaticNode {
             wheel.map_or((0.0, 0.0), |wheel| (wheel.amplitude_m, wheel.cycles));
         let frequency = wheel.map_or(0.0, |wheel| wheel.frequency_hz);
         let rolled_in = rolling.as_ref().map(RollingIncrements::increment_s);
-        let heat = model.heat.iter().map(BodyHeat::at_start);
-        let mut heat_run = HeatRun::default();
-        heat.for_each(|start| heat_run.restore(&start));
+        let heat = model.heat.as_ref().map(BodyHeat::at_start);
         Ok(StaticNode {
-            heat: heat_run,
+            heat: heat.unwrap_or_default(),
             increment_s: rolled_in
                 .unwrap_or(1.0 / (frequency * f64::from(config.statics.per_cycle()))),
             statics: Statics::new(&model.static_problem(), loads)?,
@@ -242,7 +240,7 @@ impl StaticNode {
             }
         }
         let heat = model.heat.iter();
-        signals.extend(heat.flat_map(|heat| heat.signals(&self.heat.state)));
+        signals.extend(heat.flat_map(|heat| heat.signals(&self.heat)));
         let probes = model.probes.iter();
         signals.extend(probes.flat_map(|probe| probe.signals(model.body.layout, state, false)));
         signals
@@ -259,9 +257,7 @@ impl StaticNode {
         let contact = state.contact.as_ref();
         let contacts = contact.map_or(Vec::new(), |contact| contact.node_contacts());
         let profile = contact.map(|contact| ContactProfile::new(&self.model, contact));
-        let has_heat = self.model.heat.is_some();
-        let temperatures = has_heat.then(|| self.model.temperatures(&self.heat.state));
-        let surface = (&*contacts, profile.as_ref(), temperatures.as_deref());
+        let surface = (&*contacts, profile.as_ref(), &self.heat);
         self.snapshots
             .write(name, &self.model, &state.state, surface)
     }
@@ -284,7 +280,7 @@ impl StaticNode {
                 .and_then(|held| plausible::contact_resolution(model, held)),
         ];
         let lost = states[1].contact.as_ref().map_or(0.0, WheelContact::lost);
-        let heat = plausible::heat(model, Some(&self.heat.state), [lost, 0.0]);
+        let heat = plausible::heat(model, &self.heat, [lost, 0.0]);
         found.into_iter().flatten().chain(heat).collect()
     }
 
@@ -312,7 +308,7 @@ impl StaticNode {
         results.extend(probe::outward_displacements(&self.model, &held.state));
         let lost = last.contact.as_ref().map_or(0.0, WheelContact::lost);
         let heat = self.model.heat.iter();
-        results.extend(heat.flat_map(|heat| heat.results(&self.heat.state, [lost, 0.0])));
+        results.extend(heat.flat_map(|heat| heat.results(&self.heat, [lost, 0.0])));
         results
     }
 }
@@ -452,7 +448,7 @@ impl Node for StaticNode {
             held: self.held.clone(),
             cycles: self.cycles.clone(),
             rolled: self.rolled.clone(),
-            heat: self.heat.state.clone(),
+            heat: self.heat.clone(),
         };
         let bytes = pack(&history)?;
         let hash = blake3::hash(&bytes).to_hex().to_string();
@@ -473,8 +469,7 @@ impl Node for StaticNode {
             return foreign("the nodes of its upper edge differ");
         }
         (self.held, self.cycles) = (history.held, history.cycles);
-        self.rolled = history.rolled;
-        self.heat.restore(&history.heat);
+        (self.rolled, self.heat) = (history.rolled, history.heat);
         Ok(())
     }
 
@@ -487,7 +482,7 @@ impl Node for StaticNode {
         let mut hasher = blake3::Hasher::new();
         let contact = last.contact.iter();
         let forces = contact.flat_map(|c| c.normal.iter().chain(&c.tangential));
-        let heat = self.heat.state.numbers();
+        let heat = self.heat.numbers();
         for value in last.state.u.iter().chain(forces).chain(heat) {
             hasher.update(&value.to_le_bytes());
         }
