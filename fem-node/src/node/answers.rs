@@ -86,13 +86,7 @@ impl Node for FemNode {
             let (window, count) = (window.index, displacement.len());
             return Err(FemError::Dictated { window, count }.into());
         }
-        let input = match self.pending.take() {
-            Some((index, input)) if index == window.index => input,
-            other => {
-                let (window, advanced) = (window.index, other.map(|(index, _)| index));
-                return Err(FemError::NotAdvanced { window, advanced }.into());
-            }
-        };
+        let input = FemError::advanced(window, self.pending.take())?;
         let window = BodyWindow {
             model: &self.model,
             committed: &self.committed,

@@ -15,12 +15,12 @@ use protocol::{Setting, Window};
 use serde::{Deserialize, Serialize};
 
 use super::reduced_kept::KeptParts;
-use super::windows::FORCE;
+use super::windows::{FORCE, diverged, gained};
 use crate::config::keys::FemConfig;
 use crate::config::reduced::{NearReach, ReducedConfig};
 use crate::error::FemError;
 use crate::interface::Interface;
-use crate::interface::window::EXCESS;
+use crate::interface::window::{EXCESS, EnergyExcess};
 use crate::model::Model;
 use crate::model::heat::{BodyHeat, HeatState};
 use crate::output::probe::PressureMaxima;
@@ -51,7 +51,7 @@ pub struct ReducedNode {
     pub(super) far: Option<(u32, Vec<f64>)>,
     pub(super) committed: ReducedCommitted,
     /// Last window advanced: index, number of steps, force and displacements.
-    pub(super) pending: Option<(u64, u32, [Vec<f64>; 2])>,
+    pub(super) pending: Option<(u64, (u32, [Vec<f64>; 2]))>,
     /// True after a window with more kinetic energy than the loads gave.
     pub(super) suspected: bool,
     /// The committed state in the reported components only.
@@ -251,40 +251,21 @@ impl ReducedNode {
         committed.mode_windows += self.body.modes.omega.len() as u64;
         let far = largest(displacement.iter().map(|u| u.abs()));
         if far.is_nan() || far >= model.size {
-            return Err(self.diverged(window, far));
+            let steps = committed.steps + u64::from(window.substeps);
+            return Err(diverged(model, window, steps, far));
         }
         let before = &committed.state.displacement;
         let increments = displacement.iter().zip(before).map(|(new, old)| new - old);
         let increments = increments.collect();
-        self.pending = Some((
-            window.index,
-            window.substeps,
-            [force.to_vec(), displacement],
-        ));
+        let input = [force.to_vec(), displacement];
+        self.pending = Some((window.index, (window.substeps, input)));
         Ok(increments)
-    }
-
-    fn diverged(&self, window: &Window, displacement_m: f64) -> FemError {
-        let (steps, h) = (self.committed.steps, self.model.scheme.step);
-        FemError::Diverged {
-            window: window.index,
-            iteration: window.iteration,
-            time_s: (steps + u64::from(window.substeps)) as f64 * h,
-            displacement_m,
-            step_s: h,
-            limit_s: self.model.step_limit,
-        }
     }
 
     /// Makes the last window the committed state.
     pub(super) fn try_commit(&mut self, window: &Window) -> Result<(), FemError> {
-        let (substeps, [force, displacement]) = match self.pending.take() {
-            Some((index, substeps, input)) if index == window.index => (substeps, input),
-            other => {
-                let (window, advanced) = (window.index, other.map(|(index, ..)| index));
-                return Err(FemError::NotAdvanced { window, advanced });
-            }
-        };
+        let advanced = FemError::advanced(window, self.pending.take())?;
+        let (substeps, [force, displacement]) = advanced;
         let (surface, free) = (self.surface.as_ref(), self.free.take());
         let (surface, (_, free)) = surface.zip(free).expect("the window was advanced");
         let committed = &mut self.committed;
@@ -314,16 +295,12 @@ impl ReducedNode {
         if !before && ledger.kinetic.is_finite() {
             return Ok(());
         }
-        Err(FemError::EnergyExcess {
-            window: window.index,
-            iteration: window.iteration,
+        let found = EnergyExcess {
             step: steps,
-            time_s: steps as f64 * self.model.scheme.step,
-            kinetic_j: ledger.kinetic,
-            supplied_j: ledger.supplied,
-            step_s: self.model.scheme.step,
-            limit_s: self.model.step_limit,
-        })
+            kinetic: ledger.kinetic,
+            supplied: ledger.supplied,
+        };
+        Err(gained(&self.model, window, found))
     }
 
     /// Enters the displacements of the surface, those beside the exchanged ones given, and the velocities of probes.
