@@ -502,7 +502,7 @@ impl WindowRun {
 
     /// Interface force and tractions at the end of a step; at the start of a window from scratch.
     fn set_load(&mut self, model: &Model, input: &WindowInput, step: u64, from_scratch: bool) {
-        let factor = |t: &Traction, step: u64| t.history.factor(step as f64 * model.scheme.step);
+        let factor = |t: &Traction, step: u64| t.factor(step as f64 * model.scheme.step);
         let same = |t: &Traction| factor(t, step) == factor(t, step - 1);
         if !from_scratch && model.tractions.iter().all(same) {
             return;

@@ -9,7 +9,7 @@ use fem_kernel::element::layout::Layout;
 use fem_kernel::mesh::Mesh;
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::table::{LoadTable, last_change, load_at};
+use kit::table::{LoadTable, load_at};
 
 use super::motion::{MotionHistory, PrescribedMotion, Ramp};
 use crate::config::boundary::{SetConfig, SetLoad};
@@ -23,33 +23,14 @@ use crate::mesh::named_set;
 pub struct Traction {
     /// Component and force (N): at full load, or for a table of loads, under 1 N on the set.
     pub forces: Vec<(usize, f64)>,
-    pub(crate) history: LoadHistory,
+    /// Factor of these forces over time (s): share of the full load, or force of the set (N).
+    pub(crate) factors: LoadTable,
 }
 
-/// A load over time.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum LoadHistory {
-    /// Share of the full load.
-    Ramp(Ramp),
-    /// Force of the set (s, N).
-    Table(LoadTable),
-}
-
-impl LoadHistory {
-    /// Factor of the nodal forces at time t (s).
+impl Traction {
+    /// Factor of the forces at time t (s).
     pub(crate) fn factor(&self, t: f64) -> f64 {
-        match self {
-            LoadHistory::Ramp(ramp) => ramp.share(t),
-            LoadHistory::Table(table) => load_at(table, t),
-        }
-    }
-
-    /// Time from which the load is constant (s).
-    pub(crate) fn settled_at(&self) -> f64 {
-        match self {
-            LoadHistory::Ramp(ramp) => ramp.duration,
-            LoadHistory::Table(table) => last_change(Some(table)).unwrap_or(0.0),
-        }
+        load_at(&self.factors, t)
     }
 }
 
@@ -83,9 +64,10 @@ pub(crate) fn build(
             refuse_held_load(body, &format!("boundary.{name}.{}", load.key()), &forces)?;
             tractions.push(Traction {
                 forces,
-                history: match load {
-                    SetLoad::Table(table, _) => LoadHistory::Table(table.clone()),
-                    _ => LoadHistory::Ramp(ramp),
+                factors: match load {
+                    SetLoad::Table(table, _) => table.clone(),
+                    _ if ramp.duration > 0.0 => vec![[0.0, 0.0], [ramp.duration, 1.0]],
+                    _ => vec![[0.0, 1.0]],
                 },
             });
         }

@@ -237,8 +237,7 @@ impl ReducedNode {
         {
             let (start, h) = (committed.steps, model.scheme.step);
             let factor = |load: usize, k: u32| {
-                let history = &model.tractions[load].history;
-                history.factor((start + u64::from(k)) as f64 * h)
+                model.tractions[load].factor((start + u64::from(k)) as f64 * h)
             };
             let far = self.far.take().filter(|(n, _)| *n == window.substeps);
             let far = far.map(|(_, far)| far);
@@ -327,7 +326,7 @@ impl ReducedNode {
         let mut force = vec![0.0; self.model.body.layout.len()];
         let t = committed.steps as f64 * self.model.scheme.step;
         for load in &self.model.tractions {
-            let factor = load.history.factor(t);
+            let factor = load.factor(t);
             load.forces
                 .iter()
                 .for_each(|(c, f)| force[*c] += factor * f);

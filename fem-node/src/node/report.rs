@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use fem_kernel::integrate::tally::kinetic_energy;
+use kit::table::last_change;
 use kit::wheel::{HOLD, phases};
 use protocol::{Description, Finding, Phase, Term};
 
@@ -268,7 +269,7 @@ fn phases_of(model: &Model) -> Vec<Phase> {
         return wheel.program.phases();
     }
     let (loads, motions) = (model.tractions.iter(), model.motions.iter());
-    let loads = loads.map(|traction| traction.history.settled_at());
+    let loads = loads.map(|traction| last_change(Some(&traction.factors)).unwrap_or(0.0));
     let ramps = loads.chain(motions.clone().map(|motion| motion.history.settled_at()));
     let Some((ramp, end)) = ramps.reduce(f64::max).zip(model.end) else {
         return Vec::new();
