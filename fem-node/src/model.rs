@@ -40,7 +40,6 @@ use crate::config::keys::FemConfig;
 use crate::config::keys::FemPlausible;
 use crate::config::material::MaterialKind;
 use crate::config::mesh::MeshSource;
-use crate::config::time::StepChoice;
 use crate::mesh::{gmsh, graded, listed_sets};
 use crate::model::boundary::Traction;
 use crate::model::motion::PrescribedMotion;
@@ -450,12 +449,12 @@ pub(crate) fn limit_name(stiffness_damping: f64) -> &'static str {
 
 fn choose_step(config: &FemConfig, limit: f64) -> Result<f64, ConfigError> {
     let time = &config.time;
-    match time.step_s {
+    match time.step_s.0 {
         // A static analysis takes no steps in time.
         _ if config.analysis == Analysis::Static => Ok(SAFETY * limit),
-        StepChoice::Auto => Ok(time.safety.unwrap_or(SAFETY) * limit),
-        StepChoice::Seconds(step) if step < limit || time.unsafe_step => Ok(step),
-        StepChoice::Seconds(step) => {
+        None => Ok(time.safety.unwrap_or(SAFETY) * limit),
+        Some(step) if step < limit || time.unsafe_step => Ok(step),
+        Some(step) => {
             let problem = format!(
                 "{step:.4e} s is not below the {} = {limit:.4e} s of this mesh",
                 limit_name(time.stiffness_damping_s.unwrap_or(0.0))
@@ -479,7 +478,7 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
         ));
     }
     let dynamic = config.analysis == Analysis::Dynamic;
-    if dynamic && config.time.safety.is_some() && config.time.step_s != StepChoice::Auto {
+    if dynamic && config.time.safety.is_some() && config.time.step_s.0.is_some() {
         warnings.push("time.safety: has no effect on a step in seconds".into());
     }
     let elastic = config.material.law() == MaterialKind::Elastic;

@@ -130,7 +130,7 @@ impl ReducedNode {
 
     /// True where points may be further apart than the near field reaches.
     pub(super) fn has_far_field(&self) -> bool {
-        !matches!(self.near, NearReach::Metres(reach) if reach >= self.model.size)
+        !(self.near.0).is_some_and(|reach| reach >= self.model.size)
     }
 
     /// Forgets everything that belongs to another selection.
@@ -205,10 +205,10 @@ impl ReducedNode {
         };
         let spacing = (1..points.len()).map(|i| distance(2 * i, 2 * i - 2));
         let least = spacing.fold(f64::INFINITY, f64::min).min(model.size);
-        let choice = match (from, self.near) {
+        let choice = match (from, self.near.0) {
             (Some(from), _) => NearChoice::From(from.max(least)),
-            (None, NearReach::Auto) => NearChoice::From(SPACINGS_MIN * least),
-            (None, NearReach::Metres(reach)) => NearChoice::Exactly(reach),
+            (None, None) => NearChoice::From(SPACINGS_MIN * least),
+            (None, Some(reach)) => NearChoice::Exactly(reach),
         };
         let (scheme, exchanged) = (model.scheme, &interface.components);
         let recipe =
