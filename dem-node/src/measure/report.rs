@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::measure::structure;
 use crate::measure::trend::Trend;
 use crate::measure::wheel_contacts;
+use kit::bounds::wider;
 use kit::cycle_drift::{CycleDrift, Mean};
 use kit::traction::TractionRatio;
 use kit::wheel::WheelProgram;
@@ -546,9 +547,4 @@ fn add_contacts(means: &mut [Mean; 2], bodies: &Bodies, state: &GrainState) {
     for (mean, count) in means.iter_mut().zip(counts) {
         mean.add(count as f64);
     }
-}
-
-fn wider(range: Option<[f64; 2]>, value: f64) -> [f64; 2] {
-    let [low, high] = range.unwrap_or([value; 2]);
-    [-larger(-low, -value), larger(high, value)]
 }

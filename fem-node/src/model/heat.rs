@@ -4,6 +4,7 @@ use fem_kernel::heat::{HeatBody, HeatField, HeatNumbers};
 use fem_kernel::material::Elastic;
 use fem_kernel::mesh::{Edge, Mesh};
 use kit::ConfigError;
+use kit::bounds::wider;
 use kit::finding::heat_coarseness;
 use kit::heat::factor_at;
 use kit::keys::refuse_if;
@@ -227,8 +228,7 @@ impl BodyHeat {
             state.jump = larger(state.jump, (kelvins - before).abs());
         }
         for kelvins in &now {
-            let [low, high] = state.range.unwrap_or([*kelvins; 2]);
-            state.range = Some([-larger(-low, -kelvins), larger(high, *kelvins)]);
+            state.range = Some(wider(state.range, *kelvins));
         }
         state.answered.clone_from(&now);
         now
