@@ -211,15 +211,11 @@ impl HeatConfig {
             ("heat.capacity_factor", &self.capacity_factor, true),
             ("heat.conductivity_factor", &self.conductivity_factor, false),
         ] {
-            if let Some(table) = table {
-                check_factors(key, table, above)?;
-            }
+            let table = table.as_ref();
+            table.map_or(Ok(()), |table| check_factors(key, table, above))?;
         }
-        let known: Vec<&str> = groups
-            .iter()
-            .copied()
-            .filter(|name| *name != GRAINS)
-            .collect();
+        let mut known = groups.to_vec();
+        known.retain(|name| *name != GRAINS);
         for (name, held) in &self.held_k {
             let key = format!("heat.held_k.{name}");
             refuse_if(
@@ -257,12 +253,7 @@ impl HeatConfig {
         groups.retain(|name| *name != GRAINS);
         let group = |name: &String| groups.iter().position(|group| group == name);
         let group_of = names.iter().map(|name| group(name).map(|at| at as u32));
-        let HeatSources {
-            friction,
-            damping,
-            impact,
-            bonds,
-        } = self.sources;
+        let own = self.sources;
         let (young, poisson) = (self.young_pa.unwrap_or(0.0), self.poisson.unwrap_or(0.0));
         let conduction = match (self.conductivity_w_per_m_k, self.conductance_w_per_k) {
             (Some(conductivity), _) => Conduction::Hertz {
@@ -294,7 +285,7 @@ impl HeatConfig {
             conductivity_factor: self.conductivity_factor.clone().unwrap_or_default(),
             conduction,
             start: self.start_k,
-            sources: [friction, damping, impact, bonds],
+            sources: [own.friction, own.damping, own.impact, own.bonds],
             group_of: group_of.collect(),
             groups: groups
                 .iter()

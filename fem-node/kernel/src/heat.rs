@@ -45,7 +45,7 @@ pub enum EdgeCondition {
 }
 
 /// Vertices of a body, their capacities and conductances.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct HeatBody {
     /// Vertices in a row.
     columns: usize,
@@ -176,22 +176,12 @@ impl HeatBody {
         let columns = mesh.columns + usize::from(!mesh.periodic);
         let mut body = HeatBody {
             columns,
-            turned_over: false,
             x: (0..columns).map(|i| mesh.point(i, 0)[0]).collect(),
             periodic: mesh.periodic,
             firsts,
             shares,
-            capacity: Vec::new(),
-            down: Vec::new(),
-            right: Vec::new(),
-            held: Vec::new(),
-            fluxes: Vec::new(),
-            films: Vec::new(),
             edges: conditions.len(),
-            limit: f64::INFINITY,
-            conductivity: Vec::new(),
-            heats: CapacityTable::default(),
-            wheel: None,
+            ..HeatBody::default()
         };
         body.fill(mesh, numbers);
         for (edge, (place, condition)) in conditions.iter().enumerate() {
@@ -344,19 +334,16 @@ impl HeatBody {
         }
     }
 
-    /// The vertex before another one in its row.
-    fn left_of(&self, vertex: usize) -> Option<usize> {
-        match vertex % self.columns {
-            0 if self.periodic => Some(vertex + self.columns - 1),
-            0 => None,
-            _ => Some(vertex - 1),
-        }
-    }
-
     fn longest(&self) -> f64 {
         let rate = |vertex: usize| {
-            let left = self.left_of(vertex).map_or(0.0, |left| self.right[left]);
-            (left + self.right[vertex]) / self.capacity[vertex]
+            // The last vertex of a row conducts to the first one where the body repeats; elsewhere its conductance is 0.
+            let is_first = vertex.is_multiple_of(self.columns);
+            let after = if is_first {
+                vertex + self.columns
+            } else {
+                vertex
+            };
+            (self.right[after - 1] + self.right[vertex]) / self.capacity[vertex]
         };
         let free = (0..self.capacity.len()).filter(|vertex| self.held[*vertex].is_none());
         1.0 / free.map(rate).fold(0.0, larger)
@@ -570,15 +557,11 @@ impl HeatBody {
             .chunks_exact(columns)
             .zip(heat.chunks_exact_mut(columns));
         for ((rises, heat), right) in rows.zip(factors.right.chunks_exact(columns)) {
-            for i in 0..columns - 1 {
-                let across = right[i] * (rises[i + 1] - rises[i]);
+            for i in 0..columns - usize::from(!self.periodic) {
+                let next = self.next(i);
+                let across = right[i] * (rises[next] - rises[i]);
                 heat[i] += across;
-                heat[i + 1] -= across;
-            }
-            if self.periodic {
-                let across = right[columns - 1] * (rises[0] - rises[columns - 1]);
-                heat[columns - 1] += across;
-                heat[0] -= across;
+                heat[next] -= across;
             }
         }
         for (vertex, edge, flux) in &self.fluxes {

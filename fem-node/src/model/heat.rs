@@ -137,18 +137,13 @@ impl BodyHeat {
             let wheel = [wheel.effusivity_w_s05_per_m2_k, rise];
             body = body.under_wheel((mesh, thickness), wheel);
         }
+        let hundredth = (total.unwrap_or(f64::INFINITY) / STEPS) as u64;
+        let every = EVERY.min(hundredth).max(1);
         Ok(Some(BodyHeat {
             body,
             surface,
             start: heat.start_k,
-            every: heat.every_steps.map_or_else(
-                || {
-                    EVERY
-                        .min((total.unwrap_or(f64::INFINITY) / STEPS) as u64)
-                        .max(1)
-                },
-                u64::from,
-            ),
+            every: heat.every_steps.map_or(every, u64::from),
             sources: [
                 heat.sources.friction.unwrap_or(1.0),
                 heat.sources.plastic.unwrap_or(PLASTIC),
