@@ -1,11 +1,12 @@
 //! Answers of the body to a coupler.
 
+use fem_kernel::interface::compliance::{compliance, impedance};
 use protocol::checkpoint::{pack, unpack};
 use protocol::{Capabilities, Description, Node, NodeError, Outcome, Reaction, Surface, Window};
 
 use super::fem_node::FemNode;
 use super::report::described;
-use super::windows::{COMPLIANCE, FORCE, IMPEDANCE, VELOCITY};
+use super::windows::{FORCE, VELOCITY};
 use crate::error::FemError;
 use crate::interface::window::committed::Committed;
 use crate::interface::window::extent::{BodyWindow, WindowInput};
@@ -42,7 +43,7 @@ impl Node for FemNode {
     }
 
     fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
-        Ok(self.condensed(COMPLIANCE, window.substeps)?)
+        Ok(self.condensed("compliance", compliance, window.substeps)?)
     }
 
     fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
@@ -56,7 +57,7 @@ impl Node for FemNode {
 
     fn impedance(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
         self.takes_velocity()?;
-        Ok(self.condensed(IMPEDANCE, window.substeps)?)
+        Ok(self.condensed("impedance", impedance, window.substeps)?)
     }
 
     fn prescribe_velocity(

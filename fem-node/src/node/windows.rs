@@ -1,7 +1,6 @@
 //! Windows and condensed matrices that a coupler asks for.
 
 use fem_kernel::element::body::Body;
-use fem_kernel::interface::compliance::{compliance, impedance};
 use fem_kernel::material::nonlinear::NonlinearLaw;
 use fem_kernel::pack::largest;
 use fem_kernel::scheme::NewmarkScheme;
@@ -101,7 +100,8 @@ impl FemNode {
     /// Condensed matrix of a window of `substeps` over the exchanged components; computed once.
     pub(super) fn condensed(
         &mut self,
-        CondensedMatrix { what, compute }: CondensedMatrix,
+        what: &'static str,
+        compute: fn(&Body, NewmarkScheme, &[usize], u32) -> Vec<f64>,
         substeps: u32,
     ) -> Result<Vec<f64>, FemError> {
         if substeps == 0 {
@@ -157,25 +157,6 @@ pub(super) fn gained(model: &Model, window: &Window, found: EnergyExcess) -> Fem
         limit_s: model.step_limit,
     }
 }
-
-/// Matrix that is condensed onto the exchanged components, and how it is computed.
-#[derive(Clone, Copy)]
-pub(super) struct CondensedMatrix {
-    what: &'static str,
-    compute: fn(&Body, NewmarkScheme, &[usize], u32) -> Vec<f64>,
-}
-
-/// C (m/N) of a constant force.
-pub(super) const COMPLIANCE: CondensedMatrix = CondensedMatrix {
-    what: "compliance",
-    compute: compliance,
-};
-
-/// D (kg/s) of a velocity that grows linearly.
-pub(super) const IMPEDANCE: CondensedMatrix = CondensedMatrix {
-    what: "impedance",
-    compute: impedance,
-};
 
 /// Quantity in a request for each exchanged component, and its unit.
 #[derive(Clone, Copy)]
