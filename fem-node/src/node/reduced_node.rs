@@ -335,8 +335,8 @@ impl ReducedNode {
         exchanged
             .zip(&committed.state.force)
             .for_each(|(c, f)| force[*c] += f);
-        let (problem, modes) = (self.model.static_problem(), committed.state.mode_states());
-        let [u, v] = self.body.recovered(&problem, &modes, &force)?;
+        let (problem, modes) = (self.model.static_problem(), &committed.state.modes);
+        let [u, v] = self.body.recovered(&problem, modes, &force)?;
         let mut state = NodalState::at_rest(&self.model.body);
         state.u.copy_from_slice(&u);
         state.v.copy_from_slice(&v);
