@@ -68,7 +68,7 @@ pub struct DemConfig {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub density_kg_per_m3: f64,
     /// Factor on the inertia of the grains, at least 1, which allows longer steps; loads, weights and the wheel's mass are never scaled.
-    #[serde(default = "one")]
+    #[serde(default = "kit::number::one::<f64>")]
     #[schemars(range(min = 1.0))]
     pub mass_scale: f64,
     /// Acceleration of gravity along x and y (m/s2); it acts on the unscaled masses.
@@ -111,10 +111,6 @@ impl kit::bounds::Table for DemTable {
     const NAME: &'static str = "dem";
 }
 
-fn one() -> f64 {
-    1.0
-}
-
 /// `time`: time step, its bounds, and the weight of the time integration.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -123,7 +119,7 @@ pub struct DemTimeConfig {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub step_s: Option<f64>,
     /// Weight of the velocity at the end of a step in the motion over the step, 0.5 to 1. A coupled run needs 1.
-    #[serde(default = "one")]
+    #[serde(default = "kit::number::one::<f64>")]
     #[schemars(range(min = 0.5, max = 1.0))]
     pub theta: f64,
     /// Expected mean stress P of the scene (Pa). It sets the bound t_i = d sqrt(rho/P) on the step, d being the mean diameter and rho the scaled

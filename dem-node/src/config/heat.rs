@@ -57,7 +57,7 @@ pub struct HeatConfig {
     #[serde(default)]
     pub half_spaces: BTreeMap<String, HalfSpaceConfig>,
     /// Steps from one conduction to the next; sources act in each step.
-    #[serde(default = "one")]
+    #[serde(default = "kit::number::one::<u32>")]
     #[schemars(range(min = 1))]
     pub every_steps: u32,
     /// Dependence of the laws of contacts on temperature; none when absent.
@@ -120,10 +120,6 @@ impl Default for HeatSources {
             bonds: 1.0,
         }
     }
-}
-
-fn one() -> u32 {
-    1
 }
 
 impl SofteningConfig {

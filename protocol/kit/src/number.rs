@@ -3,6 +3,11 @@
 use serde::de::{Deserialize, Deserializer, Error, Unexpected};
 use serde_json::Value;
 
+/// 1, for keys that multiply or count when they are absent.
+pub fn one<T: From<u8>>() -> T {
+    1.into()
+}
+
 /// Reads a number, or `None` for this word. By hand, because serde's message for an untagged enum does not say what to
 /// write; `expected` does.
 pub fn number_or_word<'de, D: Deserializer<'de>>(
