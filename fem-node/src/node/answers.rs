@@ -5,7 +5,7 @@ use protocol::checkpoint::{pack, unpack};
 use protocol::{Capabilities, Description, Node, NodeError, Outcome, Reaction, Surface, Window};
 
 use super::fem_node::FemNode;
-use super::report::described;
+use super::report::{described, reported};
 use super::windows::{FORCE, VELOCITY};
 use crate::error::FemError;
 use crate::interface::window::committed::Committed;
@@ -120,7 +120,7 @@ impl Node for FemNode {
         }
         self.gathered.take();
         committed.steps += u64::from(input.substeps);
-        Ok(self.report(&input))
+        Ok(reported(self.signals(&input), self.terms()))
     }
 
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {

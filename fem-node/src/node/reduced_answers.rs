@@ -7,7 +7,7 @@ use protocol::{Capabilities, Description, Node, NodeError, Outcome, Surface, Win
 
 use super::checkpoint::foreign;
 use super::reduced_node::{ReducedCommitted, ReducedNode};
-use super::report::described;
+use super::report::{described, reported};
 use crate::error::FemError;
 
 impl Node for ReducedNode {
@@ -22,7 +22,7 @@ impl Node for ReducedNode {
                 heat: self.model.heat.is_some(),
                 ..Capabilities::default()
             },
-            late_far_field: self.has_far_field(),
+            late_far_field: !(self.near.0).is_some_and(|reach| reach >= self.model.size),
             ..described(&self.model, self.signals(), self.terms())
         }
     }
@@ -52,7 +52,7 @@ impl Node for ReducedNode {
             return Err(FemError::Dictated { window, count }.into());
         }
         self.try_commit(window)?;
-        Ok(self.report())
+        Ok(reported(self.signals(), self.terms()))
     }
 
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {

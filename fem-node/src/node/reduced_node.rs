@@ -37,7 +37,7 @@ pub struct ReducedNode {
     pub(super) snapshots: Snapshots,
     pub(super) body: ReducedBody,
     pub(super) kept: KeptParts,
-    near: NearReach,
+    pub(super) near: NearReach,
     pub(super) interface: Interface,
     /// Components that reports read, beside the exchanged ones.
     reported: Vec<usize>,
@@ -126,11 +126,6 @@ impl ReducedNode {
             seen: NodalState::at_rest(&model.body),
             model,
         })
-    }
-
-    /// True where points may be further apart than the near field reaches.
-    pub(super) fn has_far_field(&self) -> bool {
-        !(self.near.0).is_some_and(|reach| reach >= self.model.size)
     }
 
     /// Forgets everything that belongs to another selection.

@@ -8,7 +8,7 @@ use kit::wheel::HOLD;
 use protocol::Finding;
 
 use super::reduced_node::ReducedNode;
-use super::report::refuse_name;
+use super::report::{hash_of, refuse_name};
 use crate::error::FemError;
 use crate::output::ledger::NamedTerm;
 use crate::output::plausible;
@@ -37,26 +37,12 @@ kit::findings! {
 }
 
 impl ReducedNode {
-    /// Values of the signals, then the energies.
-    pub(super) fn report(&self) -> Vec<f64> {
-        let signals = self.signals().into_iter().map(|(_, value)| value);
-        signals
-            .chain(self.terms().map(|(_, _, value)| value))
-            .collect()
-    }
-
     /// Signals by name, in the order of a report.
     pub(super) fn signals(&self) -> Vec<(String, f64)> {
         let (model, seen) = (&self.model, &self.seen);
         let mut signals = probe::surface_signals(model, seen);
-        let points = self.committed.state.force.chunks_exact(2);
-        let [x, y] = points.fold([0.0; 2], |sum, point| {
-            [sum[0] + point[0], sum[1] + point[1]]
-        });
-        signals.extend([
-            ("interface_force_x_n".into(), x),
-            ("interface_force_y_n".into(), y),
-        ]);
+        let force = self.committed.state.force.iter().copied();
+        signals.extend(probe::interface_force(force));
         let heat = model.heat.iter();
         signals.extend(heat.flat_map(|heat| heat.signals(&self.committed.heat)));
         let layout = model.body.layout;
@@ -125,16 +111,11 @@ impl ReducedNode {
     /// blake3 of every number that can change a later bit.
     pub(super) fn state_hash(&self) -> String {
         let (state, ledger) = (&self.committed.state, &self.committed.ledger);
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(&self.committed.steps.to_le_bytes());
         let energies = ledger.terms().map(|(.., value)| value);
         let heat = self.model.heat.iter();
         let heat = heat.flat_map(|_| self.committed.heat.numbers());
         let numbers = state.numbers().chain(energies).chain(heat.copied());
-        numbers.for_each(|number| {
-            hasher.update(&number.to_le_bytes());
-        });
-        hasher.finalize().to_hex().to_string()
+        hash_of(&self.committed.steps.to_le_bytes(), numbers)
     }
 
     /// Writes the fields of the committed state; a snapshot of the hold also records its pressures.

@@ -35,27 +35,13 @@ kit::results! {
 const NOISE: f64 = 1e-6;
 
 impl FemNode {
-    /// Values of the signals, then the energies.
-    pub(super) fn report(&self, input: &WindowInput) -> Vec<f64> {
-        let signals = self.signals(input).into_iter().map(|(_, value)| value);
-        signals
-            .chain(self.terms().map(|(_, _, value)| value))
-            .collect()
-    }
-
     /// Signals by name, in the order of a report.
     pub(super) fn signals(&self, input: &WindowInput) -> Vec<(String, f64)> {
         let (model, committed) = (&self.model, &self.committed);
         let (layout, state) = (model.body.layout, &committed.state);
         let mut signals = probe::surface_signals(model, state);
-        let force = input.interface.chunks_exact(2);
-        let [x, y] = force.fold([0.0, 0.0], |sum, point| {
-            [sum[0] + point[0].1, sum[1] + point[1].1]
-        });
-        signals.extend([
-            ("interface_force_x_n".into(), x),
-            ("interface_force_y_n".into(), y),
-        ]);
+        let force = input.interface.iter().map(|(_, force)| *force);
+        signals.extend(probe::interface_force(force));
         if let Some((wheel, state)) = model.wheel.as_ref().zip(committed.wheel.as_ref()) {
             signals.extend(state.signals(wheel));
         }
@@ -186,8 +172,6 @@ impl FemNode {
 
     /// blake3 of every number that can change a later bit: displacements, velocities, histories, energies, time.
     pub(crate) fn state_hash(&self) -> String {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(&self.committed.steps.to_le_bytes());
         // All terms except stiffness damping that the body does not have.
         let damped = self.model.scheme.stiffness_damping > 0.0;
         let terms = self.committed.ledger.terms().into_iter();
@@ -203,10 +187,8 @@ impl FemNode {
         fields.extend(state.thermal.iter().map(|thermal| &thermal[..]));
         let heat = self.model.heat.iter();
         let heat = heat.flat_map(|_| self.committed.heat.numbers());
-        for value in fields.into_iter().flatten().chain(heat) {
-            hasher.update(&value.to_le_bytes());
-        }
-        hasher.finalize().to_hex().to_string()
+        let numbers = fields.into_iter().flatten().chain(heat).copied();
+        hash_of(&self.committed.steps.to_le_bytes(), numbers)
     }
 
     /// Writes the fields and the contact profile of the committed state; a snapshot of the hold also records its pressures.
@@ -231,6 +213,25 @@ impl FemNode {
         self.snapshots
             .write(name, &self.model, &committed.state, surface)
     }
+}
+
+/// Values of the signals, then the energies.
+pub(super) fn reported(
+    signals: Vec<(String, f64)>,
+    terms: impl Iterator<Item = NamedTerm>,
+) -> Vec<f64> {
+    let signals = signals.into_iter().map(|(_, value)| value);
+    signals.chain(terms.map(|(.., value)| value)).collect()
+}
+
+/// blake3 of some bytes and numbers, in hexadecimal.
+pub(super) fn hash_of(first: &[u8], numbers: impl Iterator<Item = f64>) -> String {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(first);
+    for number in numbers {
+        hasher.update(&number.to_le_bytes());
+    }
+    hasher.finalize().to_hex().to_string()
 }
 
 /// A body in motion with these signals and energies, without its capabilities.

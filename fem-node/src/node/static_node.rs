@@ -19,6 +19,7 @@ use protocol::{
 use serde::{Deserialize, Serialize};
 
 use super::checkpoint::foreign;
+use super::report::hash_of;
 use crate::config::keys::FemConfig;
 use crate::error::FemError;
 use crate::interface::coupling_sets;
@@ -479,13 +480,11 @@ impl Node for StaticNode {
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
         let last = self.statics.state(&self.model.static_problem());
-        let mut hasher = blake3::Hasher::new();
         let contact = last.contact.iter();
         let forces = contact.flat_map(|c| c.normal.iter().chain(&c.tangential));
         let heat = self.heat.numbers();
-        for value in last.state.u.iter().chain(forces).chain(heat) {
-            hasher.update(&value.to_le_bytes());
-        }
+        let numbers = last.state.u.iter().chain(forces).chain(heat).copied();
+        let state_hash = hash_of(&[], numbers);
         let held = self.held.as_ref().unwrap_or(&last);
         let results = self.results([held, &last]);
         if let Some(increments) = &self.rolling {
@@ -499,7 +498,7 @@ impl Node for StaticNode {
             steps: self.done(),
             work: BTreeMap::from([("load_increments".into(), self.done() as f64)]),
             results,
-            state_hash: hasher.finalize().to_hex().to_string(),
+            state_hash,
             findings,
             ..Outcome::default()
         })
