@@ -130,7 +130,7 @@ impl Model {
         check_sets(config, &mesh)?;
         let elastic = elastic(config);
         let law = law(config, &elastic);
-        let (element, thickness) = (config.element().into(), setting.thickness_m);
+        let (element, thickness) = (config.element(), setting.thickness_m);
         let mut body = Body::new(&mesh, element, &elastic, thickness);
         let fixed = supports::fixed_components(&mesh, body.layout, (config.base, config.sides));
         body.fix(fixed.into_iter());

@@ -1,11 +1,12 @@
 //! Keys that must go together.
 
+use fem_kernel::element::body::ElementKind;
 use kit::ConfigError;
 use kit::keys::refuse_if;
 use protocol::Cause;
 
 use super::boundary::SetConfig;
-use super::choice::{Analysis, Base, ContactEdge, ElementKind, Kinematics, Plane, Sides, Start};
+use super::choice::{Analysis, Base, ContactEdge, Kinematics, Plane, Sides, Start};
 use super::heat::HeatSources;
 use super::keys::FemConfig;
 use super::material::MaterialKind;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use fem_kernel::element::body::ElementKind;
 use fem_kernel::statics::history::StaticLoads;
 use kit::table::last_change;
 use kit::wheel::{WheelProgram, moments};
@@ -9,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::boundary::BoundaryConfig;
-use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
+use super::choice::{Analysis, Base, Kinematics, Plane, Sides, Start};
 use super::heat::HeatConfig;
 use super::initial::InitialConfig;
 use super::material::{MaterialConfig, MaterialKind};
