@@ -301,16 +301,11 @@ impl DemConfig {
             SampleConfig::Rail(_) => {}
         }
         // A smooth wheel lies on glued disks where no grains are left between them.
-        let smooth = self
-            .wheel
-            .as_ref()
-            .is_some_and(|wheel| wheel.face == FaceKind::Flat);
+        let wheel = self.wheel.as_ref();
+        let smooth = wheel.is_some_and(|wheel| wheel.face == FaceKind::Flat);
         let lies_on_rows = |a: &str, b: &str| smooth && a == WHEEL && ROWS.contains(&b);
-        let bare = !glued
-            && self
-                .sample
-                .surface()
-                .is_some_and(|keys| keys.friction.is_some());
+        let own = self.sample.surface().and_then(|keys| keys.friction);
+        let bare = !glued && own.is_some();
         for (i, pair) in self.law.pairs.iter().enumerate() {
             let key = format!("law.pairs[{i}]");
             let is_fixed = |name: &String| fixed.contains(&name.as_str());

@@ -187,11 +187,8 @@ impl Node for Dem {
     ) -> Result<Vec<f64>, NodeError> {
         let bodies = &self.bodies;
         let disks = &self.interface.disks;
-        let Some(law) = bodies
-            .heat
-            .as_ref()
-            .filter(|_| temperature.len() == disks.len())
-        else {
+        let law = bodies.heat.as_ref();
+        let Some(law) = law.filter(|_| temperature.len() == disks.len()) else {
             return Ok(request(format!(
                 "window {} brings {} temperatures for {} glued disks, and `heat` must be given",
                 window.index,
@@ -205,10 +202,8 @@ impl Node for Dem {
             return Err(NodeError::of(Cause::ConflictingKeys, why.to_string()));
         }
         require_numbers("a temperature of a glued disk", window, temperature)?;
-        let rises: Vec<f64> = temperature
-            .iter()
-            .map(|kelvins| kelvins - law.start)
-            .collect();
+        let rises = temperature.iter().map(|kelvins| kelvins - law.start);
+        let rises: Vec<f64> = rises.collect();
         let state = &mut self.progress.state;
         self.stepper.end_heat(state, bodies);
         Ok(state.heat.exchange(bodies.boundary_points(), disks, &rises))

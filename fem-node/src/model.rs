@@ -482,10 +482,8 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
         warnings.push("time.safety: has no effect on a step in seconds".into());
     }
     let elastic = config.material.law() == MaterialKind::Elastic;
-    let cycles = config
-        .wheel
-        .as_ref()
-        .is_some_and(|wheel| wheel.cycles > 0.0);
+    let wheel = config.wheel.as_ref();
+    let cycles = wheel.is_some_and(|wheel| wheel.cycles > 0.0);
     let of_heat = [
         "heat_balance_rel",
         "thermal_depth_rel",
@@ -502,7 +500,7 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
         ),
         (elastic, "on an elastic material", &["plastic_element"]),
         (config.heat.is_none(), "without heat", &of_heat),
-        (config.wheel.is_none(), "without a wheel", &of_wheels),
+        (wheel.is_none(), "without a wheel", &of_wheels),
         (!cycles, "without cycles of a wheel", &["cycle_drift_rel"]),
     ]));
     let unused = config.unused_keys();

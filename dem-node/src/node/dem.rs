@@ -400,14 +400,10 @@ fn idle_bounds(config: &DemConfig, bodies: &Bodies) -> Vec<String> {
     ];
     let bonded = bodies.any_law(|law| law.cohesion.is_some());
     let sprung = bodies.law.springs.is_some();
-    let cycles = config
-        .wheel
-        .as_ref()
-        .is_some_and(|wheel| wheel.cycles > 0.0);
-    let segments = bodies
-        .walls
-        .iter()
-        .any(|wall| matches!(wall.face, Face::Segment(_)));
+    let wheel = config.wheel.as_ref();
+    let cycles = wheel.is_some_and(|wheel| wheel.cycles > 0.0);
+    let mut walls = bodies.walls.iter();
+    let segments = walls.any(|wall| matches!(wall.face, Face::Segment(_)));
     config.plausible.idle(&[
         (config.wheel.is_none(), "without a wheel", &of_wheels),
         (

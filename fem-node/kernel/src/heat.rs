@@ -598,12 +598,8 @@ impl HeatBody {
     /// Books the heat that passes along columns into held vertices.
     fn along_columns(&self, field: &mut HeatField, step: f64) {
         let rises = &field.rises;
-        for (vertex, pair) in self
-            .held
-            .iter()
-            .zip(self.held.iter().skip(self.columns))
-            .enumerate()
-        {
+        let pairs = self.held.iter().zip(self.held.iter().skip(self.columns));
+        for (vertex, pair) in pairs.enumerate() {
             let below = vertex + self.columns;
             let down = step * self.down[vertex] * (rises[vertex] - rises[below]);
             match pair {
@@ -644,8 +640,7 @@ fn layers([from, to]: [f64; 2], finest: f64) -> Vec<f64> {
     };
     depths.truncate(keep);
     depths.push(end);
-    depths
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]) / (end - from))
-        .collect()
+    let pairs = depths.windows(2);
+    let shares = pairs.map(|pair| (pair[1] - pair[0]) / (end - from));
+    shares.collect()
 }

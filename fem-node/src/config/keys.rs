@@ -96,16 +96,14 @@ impl FemConfig {
     /// The loads of a wheel in equilibrium, where there is one.
     pub fn static_loads(&self) -> Option<StaticLoads> {
         let (wheel, contact) = self.wheel.as_ref().zip(self.contact.as_ref())?;
+        let rolling = wheel.rolling.as_ref();
         Some(StaticLoads {
             load: wheel.load_n,
             radius: wheel.radius_m,
             friction: contact.friction,
             friction_while_loading: contact.friction_while_loading,
             increments: self.statics.load_increments(wheel.load_n),
-            start: wheel
-                .rolling
-                .as_ref()
-                .map_or(0.0, |rolling| rolling.start_m),
+            start: rolling.map_or(0.0, |rolling| rolling.start_m),
         })
     }
 

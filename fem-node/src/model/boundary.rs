@@ -112,21 +112,17 @@ fn held_motion(
 
 /// Refuses a load that acts along a direction only where supports hold the body.
 fn refuse_held_load(body: &Body, key: &str, forces: &[(usize, f64)]) -> Result<(), ConfigError> {
-    [0, 1]
-        .into_iter()
-        .zip(["x", "y"])
-        .try_for_each(|(k, direction)| {
-            let mut along = forces
-                .iter()
-                .filter(|(index, _)| body.layout.direction(*index) == k)
-                .peekable();
-            refuse_if(
-                along.peek().is_some() && along.all(|(index, _)| is_held(body, *index)),
-                key,
-                format!("moves no node along {direction}: supports hold them all"),
-                "remove the load along this direction, or free the set by base or sides",
-            )
-        })
+    for (k, direction) in ["x", "y"].into_iter().enumerate() {
+        let along = forces.iter().map(|(index, _)| *index);
+        let mut along = along.filter(|index| body.layout.direction(*index) == k);
+        refuse_if(
+            along.clone().next().is_some() && along.all(|index| is_held(body, index)),
+            key,
+            format!("moves no node along {direction}: supports hold them all"),
+            "remove the load along this direction, or free the set by base or sides",
+        )?;
+    }
+    Ok(())
 }
 
 /// True for a component without a motion of its own.

@@ -137,6 +137,7 @@ impl BodyHeat {
             let wheel = [wheel.effusivity_w_s05_per_m2_k, rise];
             body = body.under_wheel((mesh, thickness), wheel);
         }
+        let softening = heat.softening.as_ref();
         let hundredth = (total.unwrap_or(f64::INFINITY) / STEPS) as u64;
         let every = EVERY.min(hundredth).max(1);
         Ok(Some(BodyHeat {
@@ -149,10 +150,7 @@ impl BodyHeat {
                 heat.sources.plastic.unwrap_or(PLASTIC),
             ],
             wheel_share: heat.wheel_share,
-            yields: heat
-                .softening
-                .as_ref()
-                .map_or_else(Vec::new, |of| of.yield_stress.clone()),
+            yields: softening.map_or_else(Vec::new, |of| of.yield_stress.clone()),
             stiffness,
             edges: heat.edges.keys().cloned().collect(),
         }))

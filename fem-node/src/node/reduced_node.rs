@@ -225,11 +225,8 @@ impl ReducedNode {
         let (model, committed) = (&self.model, &mut self.committed);
         let (surface, of_window) = (self.surface.as_ref(), &self.windows[&window.substeps]);
         let surface = surface.expect("it was prepared");
-        if self
-            .free
-            .as_ref()
-            .is_none_or(|(n, _)| *n != window.substeps)
-        {
+        let known = self.free.as_ref().map(|(substeps, _)| *substeps);
+        if known != Some(window.substeps) {
             let (start, h) = (committed.steps, model.scheme.step);
             let factor = |load: usize, k: u32| {
                 model.tractions[load].factor((start + u64::from(k)) as f64 * h)
@@ -349,12 +346,10 @@ impl ReducedNode {
 fn reported_components(model: &Model) -> Vec<usize> {
     let layout = model.body.layout;
     let probes = model.probes.iter().flat_map(|probe| probe.at());
-    let probes = probes.flat_map(|node| [0, 1].map(|k| layout.index(node, k)));
+    let probes = probes.flat_map(|node| layout.components(node));
     let edge = model.mesh.edge(Edge::Top).into_iter();
-    let mut all: Vec<usize> = edge
-        .map(|node| layout.index(node, 1))
-        .chain(probes)
-        .collect();
+    let edge = edge.map(|node| layout.index(node, 1));
+    let mut all: Vec<usize> = edge.chain(probes).collect();
     all.sort_unstable();
     all.dedup();
     all

@@ -53,11 +53,8 @@ pub(crate) fn reported_rows(model: &Model) -> Vec<usize> {
     }
     let surface = mesh.edge(Edge::Top);
     let probes = model.probes.iter().flat_map(|probe| probe.at());
-    let mut rows: Vec<usize> = surface
-        .into_iter()
-        .chain(probes)
-        .map(|[_, row]| row)
-        .collect();
+    let nodes = surface.into_iter().chain(probes);
+    let mut rows: Vec<usize> = nodes.map(|[_, row]| row).collect();
     rows.sort_unstable();
     rows.dedup();
     rows

@@ -274,12 +274,8 @@ impl ReducedSurface {
         let moved = self.moved(window, state, &modal, &free.factors);
         let modes: Vec<ModeState> = moved.iter().map(|(end, ..)| *end).collect();
         let far = window.field.far(force);
-        let lag: Vec<f64> = free
-            .far
-            .iter()
-            .zip(&far)
-            .map(|(old, new)| old - new)
-            .collect();
+        let both = free.far.iter().zip(&far);
+        let lag: Vec<f64> = both.map(|(old, new)| old - new).collect();
         // u = Phi eta + F_res f + lag, without another product with F_res.
         let mut residual: Vec<f64> = vec![0.0; self.exchanged];
         self.add_modes(&modes, 0, &mut residual);
