@@ -298,13 +298,10 @@ impl Node for Dem {
         let state_hash = self.progress.hash();
         self.stepper
             .end_heat(&mut self.progress.state, &self.bodies);
-        let run = self.finished_run();
+        let (run, iterations) = (self.finished_run(), self.progress.contact_iterations);
         Ok(Outcome {
             steps: self.progress.steps,
-            work: BTreeMap::from([(
-                "contact_iterations".into(),
-                self.progress.contact_iterations,
-            )]),
+            work: BTreeMap::from([("contact_iterations".into(), iterations)]),
             results: self.results(),
             state_hash,
             warnings: self.maps_advice(),

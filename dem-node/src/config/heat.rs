@@ -272,24 +272,20 @@ impl HeatConfig {
                 start: keys.start_k,
             })
         });
+        let shown = groups.iter().map(|name| {
+            let shown = if name.is_empty() { "walls" } else { name };
+            (shown.to_string(), given(name))
+        });
+        let factors = self.capacity_factor.as_deref().unwrap_or_default();
         HeatLaw {
             capacity: self.capacity_j_per_kg_k,
-            capacity_factor: CapacityTable::new(
-                self.capacity_factor.as_deref().unwrap_or_default(),
-                self.start_k,
-            ),
+            capacity_factor: CapacityTable::new(factors, self.start_k),
             conductivity_factor: self.conductivity_factor.clone().unwrap_or_default(),
             conduction,
             start: self.start_k,
             sources: [own.friction, own.damping, own.impact, own.bonds],
             group_of: group_of.collect(),
-            groups: groups
-                .iter()
-                .map(|name| {
-                    let shown = if name.is_empty() { "walls" } else { name };
-                    (shown.to_string(), given(name))
-                })
-                .collect(),
+            groups: shown.collect(),
             half_spaces: half_spaces.collect(),
             every: self.every_steps,
             softening: self.softening.as_ref().map(|softening| Softening {

@@ -184,11 +184,8 @@ pub fn ejected_grains(bodies: &Bodies, state: &GrainState) -> usize {
         |x: f64| ends.is_some_and(|[left, right]| !(left - widest..=right + widest).contains(&x));
     let gone = |centre: &[f64; 2]| is_beside(centre[0]) || is_lost(centre);
     let ejected = |grain: &usize| gone(&state.centres[*grain]);
-    without_hanging(
-        bodies,
-        state,
-        state.grains(bodies).filter(ejected).collect(),
-    )
+    let gone = state.grains(bodies).filter(ejected).collect();
+    without_hanging(bodies, state, gone)
 }
 
 /// Part of its radius by which the centre of a grain may lie behind a surface.

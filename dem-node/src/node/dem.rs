@@ -259,14 +259,9 @@ impl Dem {
         trial: bool,
     ) -> Result<StepSummary, DemError> {
         let loaded = start + self.time.theta * (end - start);
-        let program = self.program.as_ref();
+        let (program, times) = (self.program.as_ref(), [start, end, loaded]);
         let turn = program.map_or(WheelTurn::Held, |program| {
-            rolled::turn(
-                program,
-                [start, end, loaded],
-                step,
-                self.bodies.wheel_radius,
-            )
+            rolled::turn(program, times, step, self.bodies.wheel_radius)
         });
         let input = StepInput {
             bodies: &self.bodies,

@@ -90,10 +90,8 @@ impl ReducedNode {
         let count = reduced.modes.map(|count| ModeChoice::Count(count as usize));
         let choice = count.or(reduced.omega_max_per_s.map(ModeChoice::UpTo));
         let choice = choice.expect("the configuration has been checked");
-        let (mut body, mut kept) = (
-            ReducedBody::default(),
-            KeptParts::new(&model, choice, setting),
-        );
+        let mut body = ReducedBody::default();
+        let mut kept = KeptParts::new(&model, choice, setting);
         let modes = || body.lowest(&model.static_problem(), choice);
         body.modes = kept.value("modes", "", modes)?;
         refuse_if(

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use fem_kernel::integrate::tally::kinetic_energy;
+use kit::cycle_drift::CYCLE_DRIFT;
 use kit::table::last_change;
 use kit::wheel::{HOLD, phases};
 use protocol::{Description, Finding, Phase, Term};
@@ -152,19 +153,14 @@ impl FemNode {
             let load = wheel.program.load_n;
             let range = state.statistics.held_range();
             findings.push(range.and_then(|range| plausible::wheel_at_rest(model, load, range)));
-            let drift = state.statistics.drift;
-            findings.push(drift.judge(
-                &wheel.program,
-                model.plausible.of(&kit::cycle_drift::CYCLE_DRIFT),
-            ));
+            let bounds = model.plausible.of(&CYCLE_DRIFT);
+            findings.push(state.statistics.drift.judge(&wheel.program, bounds));
             let last = ContactProfile::in_motion(model, &state.contacts);
             let held = committed.hold_record.as_ref().map(|record| &record.profile);
             let sampled = held.unwrap_or(&last);
             findings.push(plausible::contact_resolution(model, sampled));
-            findings.push(plausible::contact_reach(
-                model,
-                [sampled, &last].into_iter(),
-            ));
+            let both = [sampled, &last].into_iter();
+            findings.push(plausible::contact_reach(model, both));
         }
         let heat = plausible::heat(model, &committed.heat, self.heating());
         findings.into_iter().flatten().chain(heat).collect()

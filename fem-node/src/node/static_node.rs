@@ -177,11 +177,8 @@ impl StaticNode {
         else {
             return Ok(());
         };
-        let (rolling, rolled, share) = (
-            &increments.rolling,
-            increments.at(step),
-            increments.share(step),
-        );
+        let rolling = &increments.rolling;
+        let (rolled, share) = (increments.at(step), increments.share(step));
         self.statics.roll_to(&problem, rolling, rolled, share)?;
         let way = rolled - increments.at(step - 1);
         if let Some(after) = self.statics.contact().filter(|_| way > 0.0) {

@@ -237,11 +237,8 @@ impl ReducedSurface {
         self.add_modes(&modes, 0, &mut displacement);
         for (load, factors) in self.loads.iter().zip(&factors) {
             let residual = &load.residual[..self.exchanged];
-            add(
-                &mut displacement,
-                factors[window.substeps as usize],
-                residual,
-            );
+            let last = factors[window.substeps as usize];
+            add(&mut displacement, last, residual);
         }
         FreeMotion {
             displacement,
@@ -323,11 +320,8 @@ impl ReducedSurface {
     pub fn velocities(&self, state: &ReducedState) -> Vec<f64> {
         let mut velocities = vec![0.0; self.rows];
         let columns = (self.shapes.as_slice(), self.rows, 0);
-        add_columns(
-            &mut velocities,
-            columns,
-            state.modes.iter().map(|mode| mode.v),
-        );
+        let rates = state.modes.iter().map(|mode| mode.v);
+        add_columns(&mut velocities, columns, rates);
         velocities
     }
 
