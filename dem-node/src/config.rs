@@ -69,7 +69,7 @@ pub struct DemConfig {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub density_kg_per_m3: f64,
     /// Factor on the inertia of the grains, at least 1, which allows longer steps; loads, weights and the wheel's mass are never scaled.
-    #[serde(default = "one")]
+    #[serde(default = "kit::number::one::<f64>")]
     #[schemars(range(min = 1.0))]
     pub mass_scale: f64,
     /// Acceleration of gravity along x and y (m/s2); it acts on the unscaled masses.
@@ -112,10 +112,6 @@ impl kit::bounds::Table for DemTable {
     const NAME: &'static str = "dem";
 }
 
-fn one() -> f64 {
-    1.0
-}
-
 /// `time`: time step, its bounds, and the weight of the time integration.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -124,7 +120,7 @@ pub struct DemTimeConfig {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub step_s: Option<f64>,
     /// Weight of the velocity at the end of a step in the motion over the step, 0.5 to 1. A coupled run needs 1.
-    #[serde(default = "one")]
+    #[serde(default = "kit::number::one::<f64>")]
     #[schemars(range(min = 0.5, max = 1.0))]
     pub theta: f64,
     /// Expected mean stress P of the scene (Pa). It sets the bound t_i = d sqrt(rho/P) on the step, d being the mean diameter and rho the scaled
@@ -315,16 +311,11 @@ impl DemConfig {
             SampleConfig::Rail(_) => {}
         }
         // A smooth wheel lies on glued disks where no grains are left between them.
-        let smooth = self
-            .wheel
-            .as_ref()
-            .is_some_and(|wheel| wheel.face == FaceKind::Flat);
+        let wheel = self.wheel.as_ref();
+        let smooth = wheel.is_some_and(|wheel| wheel.face == FaceKind::Flat);
         let lies_on_rows = |a: &str, b: &str| smooth && a == WHEEL && ROWS.contains(&b);
-        let bare = !glued
-            && self
-                .sample
-                .surface()
-                .is_some_and(|keys| keys.friction.is_some());
+        let own = self.sample.surface().and_then(|keys| keys.friction);
+        let bare = !glued && own.is_some();
         for (i, pair) in self.law.pairs.iter().enumerate() {
             let key = format!("law.pairs[{i}]");
             let is_fixed = |name: &String| fixed.contains(&name.as_str());

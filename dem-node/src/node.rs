@@ -188,11 +188,8 @@ impl Node for Dem {
     ) -> Result<Vec<f64>, NodeError> {
         let bodies = &self.bodies;
         let disks = &self.interface.disks;
-        let Some(law) = bodies
-            .heat
-            .as_ref()
-            .filter(|_| temperature.len() == disks.len())
-        else {
+        let law = bodies.heat.as_ref();
+        let Some(law) = law.filter(|_| temperature.len() == disks.len()) else {
             return Ok(request(format!(
                 "window {} brings {} temperatures for {} glued disks, and `heat` must be given",
                 window.index,
@@ -214,10 +211,8 @@ impl Node for Dem {
             return Err(NodeError::of(Cause::ConflictingKeys, why));
         }
         require_numbers("a temperature of a glued disk", window, temperature)?;
-        let rises: Vec<f64> = temperature
-            .iter()
-            .map(|kelvins| kelvins - law.start)
-            .collect();
+        let rises = temperature.iter().map(|kelvins| kelvins - law.start);
+        let rises: Vec<f64> = rises.collect();
         let state = &mut self.progress.state;
         self.stepper
             .end_heat(state, bodies)
@@ -315,13 +310,10 @@ impl Node for Dem {
         self.stepper
             .end_heat(&mut self.progress.state, &self.bodies)
             .map_err(DemError::Kernel)?;
-        let run = self.finished_run();
+        let (run, iterations) = (self.finished_run(), self.progress.contact_iterations);
         Ok(Outcome {
             steps: self.progress.steps,
-            work: BTreeMap::from([(
-                "contact_iterations".into(),
-                self.progress.contact_iterations,
-            )]),
+            work: BTreeMap::from([("contact_iterations".into(), iterations)]),
             results: self.results(),
             state_hash,
             warnings: self.maps_advice(),

@@ -66,10 +66,8 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
     let ranges = pairs_adhere
         .chain(config.law.adhesion)
         .map(|own| own.range_m);
-    let rolling = config
-        .wheel
-        .as_ref()
-        .and_then(|wheel| wheel.rolling.as_ref());
+    let wheel = config.wheel.as_ref();
+    let rolling = wheel.and_then(|wheel| wheel.rolling.as_ref());
     Bodies {
         injection,
         free: sample.free.len(),
@@ -83,13 +81,13 @@ pub fn bodies(config: &DemConfig, thickness: f64, sample: &Sample, fed: usize) -
         surface: sample.surface.clone(),
         lines: surface::lines(&config.sample, sample),
         ends: ends(&config.sample, sample),
-        wheel_mass: config.wheel.as_ref().map(|wheel| wheel.mass_kg),
+        wheel_mass: wheel.map(|wheel| wheel.mass_kg),
         face: sample.face.iter().map(|disk| disk.centre).collect(),
-        face_bonded: config.wheel.as_ref().is_some_and(|wheel| wheel.bonded),
-        wheel_radius: config.wheel.as_ref().map_or(0.0, |wheel| wheel.radius_m),
+        face_bonded: wheel.is_some_and(|wheel| wheel.bonded),
+        wheel_radius: wheel.map_or(0.0, |wheel| wheel.radius_m),
         wheel_start: rolling.map_or(0.0, |rolling| rolling.start_m),
         rolls: rolling.is_some(),
-        wheel_spin_mass: config.wheel.as_ref().and_then(|wheel| {
+        wheel_spin_mass: wheel.and_then(|wheel| {
             let inertia = wheel.rolling.as_ref()?.spin_inertia_kg_m2?;
             Some(inertia / (wheel.radius_m * wheel.radius_m))
         }),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use fem_kernel::error::KernelError;
 use fem_kernel::reduced::near::RADIUS_MAX;
 use kit::ConfigError;
-use protocol::{Cause, NodeError, WithCure};
+use protocol::{Cause, NodeError, Window, WithCure};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use thiserror::Error;
 
@@ -167,6 +167,16 @@ impl FemError {
         pool.map_err(|error| FemError::Pool {
             threads,
             reason: error.to_string(),
+        })
+    }
+
+    /// What is kept of the window advanced last, with its number, if it is this one.
+    pub(crate) fn advanced<T>(window: &Window, last: Option<(u64, T)>) -> Result<T, FemError> {
+        let advanced = last.as_ref().map(|(index, _)| *index);
+        let kept = last.filter(|(index, _)| *index == window.index);
+        kept.map(|(_, kept)| kept).ok_or(FemError::NotAdvanced {
+            window: window.index,
+            advanced,
         })
     }
 

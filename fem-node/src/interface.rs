@@ -72,9 +72,7 @@ impl Interface {
 
     fn exchange(&mut self, model: &Model, nodes: Vec<[usize; 2]>) {
         let layout = model.body.layout;
-        let components = nodes
-            .iter()
-            .flat_map(|node| [0, 1].map(|k| layout.index(*node, k)));
+        let components = nodes.iter().flat_map(|node| layout.components(*node));
         self.components = components.collect();
         self.exchanged = nodes;
         self.condensed.clear();
@@ -97,10 +95,8 @@ pub(crate) fn outward_normals(model: &Model) -> BTreeMap<String, [f64; 2]> {
         let length = x.hypot(y);
         (length > 0.0).then(|| (name, [x / length, y / length]))
     };
-    coupling_sets(model)
-        .into_iter()
-        .filter_map(normal)
-        .collect()
+    let sets = coupling_sets(model).into_iter();
+    sets.filter_map(normal).collect()
 }
 
 /// Lengths along x (m) after which the sets that can be coupled repeat, by name: the upper and the lower edge of a periodic mesh.

@@ -40,7 +40,6 @@ use crate::config::keys::FemConfig;
 use crate::config::keys::FemPlausible;
 use crate::config::material::MaterialKind;
 use crate::config::mesh::MeshSource;
-use crate::config::time::StepChoice;
 use crate::mesh::{gmsh, graded, listed_sets};
 use crate::model::boundary::Traction;
 use crate::model::motion::PrescribedMotion;
@@ -131,7 +130,7 @@ impl Model {
         check_sets(config, &mesh)?;
         let elastic = elastic(config);
         let law = law(config, &elastic);
-        let (element, thickness) = (config.element().into(), setting.thickness_m);
+        let (element, thickness) = (config.element(), setting.thickness_m);
         let mut body = Body::new(&mesh, element, &elastic, thickness);
         let fixed = supports::fixed_components(&mesh, body.layout, (config.base, config.sides));
         body.fix(fixed.into_iter());
@@ -303,16 +302,6 @@ impl Model {
         }
     }
 
-    /// Temperatures of all nodes (K).
-    pub(crate) fn temperatures(&self, state: &heat::HeatState) -> Vec<f64> {
-        let heat = self.heat.iter();
-        let nodes = heat.flat_map(|heat| {
-            let rise = |node| heat.start + heat.body.rise(&state.field, node);
-            self.mesh.nodes().map(rise)
-        });
-        nodes.collect()
-    }
-
     /// 4 L / c_p (s), the first period of a column of the largest height L, held at its base and free at its top: a pressure wave crosses it four
     /// times.
     pub fn first_period(&self) -> f64 {
@@ -464,12 +453,12 @@ pub(crate) fn limit_name(stiffness_damping: f64) -> &'static str {
 
 fn choose_step(config: &FemConfig, limit: f64) -> Result<f64, ConfigError> {
     let time = &config.time;
-    match time.step_s {
+    match time.step_s.0 {
         // A static analysis takes no steps in time.
         _ if config.analysis == Analysis::Static => Ok(SAFETY * limit),
-        StepChoice::Auto => Ok(time.safety.unwrap_or(SAFETY) * limit),
-        StepChoice::Seconds(step) if step < limit || time.unsafe_step => Ok(step),
-        StepChoice::Seconds(step) => {
+        None => Ok(time.safety.unwrap_or(SAFETY) * limit),
+        Some(step) if step < limit || time.unsafe_step => Ok(step),
+        Some(step) => {
             let problem = format!(
                 "{step:.4e} s is not below the {} = {limit:.4e} s of this mesh",
                 limit_name(time.stiffness_damping_s.unwrap_or(0.0))
@@ -493,14 +482,12 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
         ));
     }
     let dynamic = config.analysis == Analysis::Dynamic;
-    if dynamic && config.time.safety.is_some() && config.time.step_s != StepChoice::Auto {
+    if dynamic && config.time.safety.is_some() && config.time.step_s.0.is_some() {
         warnings.push("time.safety: has no effect on a step in seconds".into());
     }
     let elastic = config.material.law() == MaterialKind::Elastic;
-    let cycles = config
-        .wheel
-        .as_ref()
-        .is_some_and(|wheel| wheel.cycles > 0.0);
+    let wheel = config.wheel.as_ref();
+    let cycles = wheel.is_some_and(|wheel| wheel.cycles > 0.0);
     let of_heat = [
         "heat_balance_rel",
         "thermal_depth_rel",
@@ -519,7 +506,7 @@ fn warnings(config: &FemConfig, mesh: &Mesh, scheme: &NewmarkScheme, limit: f64)
         ),
         (elastic, "on an elastic material", &["plastic_element"]),
         (config.heat.is_none(), "without heat", &of_heat),
-        (config.wheel.is_none(), "without a wheel", &of_wheels),
+        (wheel.is_none(), "without a wheel", &of_wheels),
         (!cycles, "without cycles of a wheel", &["cycle_drift_rel"]),
     ]));
     let unused = config.unused_keys();

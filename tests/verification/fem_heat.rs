@@ -13,7 +13,7 @@
 
 use std::f64::consts::PI;
 
-use fem_kernel::heat::{ColumnFactors, EdgeCondition, HeatBody, HeatField, HeatNumbers};
+use fem_kernel::heat::{EdgeCondition, HeatBody, HeatField, HeatNumbers};
 use fem_kernel::mesh::{Edge, Mesh};
 use fem_node::{FemConfig, StaticNode};
 use kit::read_config;
@@ -42,9 +42,8 @@ fn strip([columns, rows]: [usize; 2], [dx, dy]: [f64; 2]) -> Mesh {
 }
 
 fn march(body: &HeatBody, field: &mut HeatField, steps: u32, step: f64) {
-    let mut factors = ColumnFactors::default();
     for _ in 0..steps {
-        body.advance(field, &mut factors, step);
+        body.advance(field, step);
     }
 }
 
@@ -183,7 +182,6 @@ fn under_a_band(flux: impl Fn(f64) -> f64, a: f64, speed: f64) -> f64 {
     let mesh = strip([800, 8], [dx, a]);
     let body = HeatBody::new(&mesh, numbers(finest), &[]);
     let mut field = body.at_start();
-    let mut factors = ColumnFactors::default();
     let step = 0.25 * dx / speed;
     for k in 0..1600 {
         let centre = 8.0 * a + (f64::from(k) + 0.5) * 0.25 * dx;
@@ -196,7 +194,7 @@ fn under_a_band(flux: impl Fn(f64) -> f64, a: f64, speed: f64) -> f64 {
             });
             *joules += parts.sum::<f64>() / 8.0 * dx * T * step;
         }
-        body.advance(&mut field, &mut factors, step);
+        body.advance(&mut field, step);
     }
     field.peak[0]
 }
@@ -259,20 +257,20 @@ fn heat_is_conserved_and_no_temperature_leaves_its_range() {
         (Edge::Top, EdgeCondition::Flux(1e5)),
     ];
     let body = HeatBody::new(&crowned, numbers(2e-6), &conditions);
-    let (mut field, mut factors) = (body.at_start(), ColumnFactors::default());
+    let mut field = body.at_start();
     let mut given = 0.0;
     for k in 0..50 {
         field.upper.iter_mut().for_each(|heat| *heat += 1e-6);
         field.inner = vec![1e-7; 6 * 16];
         given += 13.0 * 1e-6 + 72.0 * 1e-7;
-        body.advance(&mut field, &mut factors, 1e-5 * f64::from(1 + k % 3));
+        body.advance(&mut field, 1e-5 * f64::from(1 + k % 3));
         let kept = body.stored(&field) + field.conducted.iter().sum::<f64>();
         assert!((kept - given).abs() < 1e-12 * given, "{kept} of {given}");
     }
     let body = HeatBody::new(&crowned, numbers(2e-6), &conditions[..3]);
     let mut field = body.at_start();
     for _ in 0..200 {
-        body.advance(&mut field, &mut factors, 1e-3);
+        body.advance(&mut field, 1e-3);
         let inside = |rise: &f64| (-5.0..=20.0).contains(rise);
         assert!(field.rises.iter().all(inside), "{:?}", field.rises);
     }
@@ -434,7 +432,6 @@ fn a_body_and_a_wheel_meet_at_the_temperature_of_their_effusivities() {
         let body =
             HeatBody::new(&mesh, numbers(1e-6), &[]).under_wheel((&mesh, T), [0.5 * b, rise]);
         let mut field = body.at_start();
-        let mut factors = ColumnFactors::default();
         body.meet(&mut field, [true, false, true].into_iter());
         body.meet(&mut field, [true; 3].into_iter());
         let areas = [0.5e-4, 1e-4, 0.5e-4].map(|length| length * T);
@@ -442,7 +439,7 @@ fn a_body_and_a_wheel_meet_at_the_temperature_of_their_effusivities() {
             for (heat, area) in field.upper.iter_mut().zip(areas) {
                 *heat += source * area * 5e-7;
             }
-            body.advance(&mut field, &mut factors, 5e-7);
+            body.advance(&mut field, 5e-7);
         }
         let given = source * 2e-4 * T * 1e-3;
         let into_wheel = field.conducted[0];
@@ -457,7 +454,7 @@ fn a_body_and_a_wheel_meet_at_the_temperature_of_their_effusivities() {
         }
         // They part, and the wheel gets no more.
         body.meet(&mut field, [false; 3].into_iter());
-        body.advance(&mut field, &mut factors, 5e-7);
+        body.advance(&mut field, 5e-7);
         assert_eq!(field.conducted[0], into_wheel);
     }
 }

@@ -57,7 +57,7 @@ pub struct HeatConfig {
     #[serde(default)]
     pub half_spaces: BTreeMap<String, HalfSpaceConfig>,
     /// Steps from one conduction to the next; sources act in each step.
-    #[serde(default = "one")]
+    #[serde(default = "kit::number::one::<u32>")]
     #[schemars(range(min = 1))]
     pub every_steps: u32,
     /// Dependence of the laws of contacts on temperature; none when absent.
@@ -120,10 +120,6 @@ impl Default for HeatSources {
             bonds: 1.0,
         }
     }
-}
-
-fn one() -> u32 {
-    1
 }
 
 impl SofteningConfig {
@@ -211,15 +207,11 @@ impl HeatConfig {
             ("heat.capacity_factor", &self.capacity_factor, true),
             ("heat.conductivity_factor", &self.conductivity_factor, false),
         ] {
-            if let Some(table) = table {
-                check_factors(key, table, above)?;
-            }
+            let table = table.as_ref();
+            table.map_or(Ok(()), |table| check_factors(key, table, above))?;
         }
-        let known: Vec<&str> = groups
-            .iter()
-            .copied()
-            .filter(|name| *name != GRAINS)
-            .collect();
+        let mut known = groups.to_vec();
+        known.retain(|name| *name != GRAINS);
         for (name, held) in &self.held_k {
             let key = format!("heat.held_k.{name}");
             refuse_if(
@@ -257,12 +249,7 @@ impl HeatConfig {
         groups.retain(|name| *name != GRAINS);
         let group = |name: &String| groups.iter().position(|group| group == name);
         let group_of = names.iter().map(|name| group(name).map(|at| at as u32));
-        let HeatSources {
-            friction,
-            damping,
-            impact,
-            bonds,
-        } = self.sources;
+        let own = self.sources;
         let (young, poisson) = (self.young_pa.unwrap_or(0.0), self.poisson.unwrap_or(0.0));
         let conduction = match (self.conductivity_w_per_m_k, self.conductance_w_per_k) {
             (Some(conductivity), _) => Conduction::Hertz {
@@ -285,24 +272,20 @@ impl HeatConfig {
                 start: keys.start_k,
             })
         });
+        let shown = groups.iter().map(|name| {
+            let shown = if name.is_empty() { "walls" } else { name };
+            (shown.to_string(), given(name))
+        });
+        let factors = self.capacity_factor.as_deref().unwrap_or_default();
         HeatLaw {
             capacity: self.capacity_j_per_kg_k,
-            capacity_factor: CapacityTable::new(
-                self.capacity_factor.as_deref().unwrap_or_default(),
-                self.start_k,
-            ),
+            capacity_factor: CapacityTable::new(factors, self.start_k),
             conductivity_factor: self.conductivity_factor.clone().unwrap_or_default(),
             conduction,
             start: self.start_k,
-            sources: [friction, damping, impact, bonds],
+            sources: [own.friction, own.damping, own.impact, own.bonds],
             group_of: group_of.collect(),
-            groups: groups
-                .iter()
-                .map(|name| {
-                    let shown = if name.is_empty() { "walls" } else { name };
-                    (shown.to_string(), given(name))
-                })
-                .collect(),
+            groups: shown.collect(),
             half_spaces: half_spaces.collect(),
             every: self.every_steps,
             softening: self.softening.as_ref().map(|softening| Softening {

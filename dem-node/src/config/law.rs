@@ -216,19 +216,9 @@ impl LawKind {
 impl PairConfig {
     /// True for an entry that gives no key of a law.
     pub(super) fn has_no_law(&self) -> bool {
-        let numbers = [
-            self.friction,
-            self.restitution,
-            self.contact_stiffness_pa,
-            self.damping,
-            self.tangential_stiffness_ratio,
-        ];
-        let others = [
-            self.rolling.is_none(),
-            self.adhesion.is_none(),
-            self.healing.is_none(),
-        ];
-        numbers.iter().all(Option::is_none) && others == [true; 3]
+        let given = kit::named!(self, is_some; friction, rolling, adhesion, healing, restitution,
+            contact_stiffness_pa, damping, tangential_stiffness_ratio);
+        given.iter().all(|(_, given)| !given)
     }
 
     /// The law with the keys of this pair.

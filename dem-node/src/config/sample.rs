@@ -168,10 +168,8 @@ impl SampleConfig {
         let SampleConfig::Disks(disks) = self else {
             return 0.0;
         };
-        let drives = disks
-            .clusters
-            .iter()
-            .filter_map(|cluster| cluster.drive.as_ref());
+        let clusters = disks.clusters.iter();
+        let drives = clusters.filter_map(|cluster| cluster.drive.as_ref());
         let speeds = drives.map(|drive| {
             let [x, y] = drive.velocity().map(Option::unwrap_or_default);
             x.hypot(y)

@@ -232,10 +232,8 @@ impl WheelCycles {
     /// height of the wheel (m) over the number of the cycle; then the mean of the third body. `None` with fewer than eight cycles.
     pub fn trends(&self) -> Option<([[f64; 2]; 2], f64)> {
         let last = &self.all[self.all.len().div_ceil(2)..];
-        let third: Vec<f64> = last
-            .iter()
-            .map(|(_, values)| values[QUANTITIES.len() - 1])
-            .collect();
+        let third = last.iter().map(|(_, values)| values[QUANTITIES.len() - 1]);
+        let third: Vec<f64> = third.collect();
         let height = last.iter().scan(0.0, |y, (_, values)| {
             *y -= values[0];
             Some(*y)

@@ -66,11 +66,8 @@ impl ForceMeans {
     /// force changes by less than it scatters. Empty before the second half has begun.
     pub fn steadiness(&self) -> impl Iterator<Item = [f64; 2]> {
         let recent = &self.recent;
-        let known = recent
-            .forces
-            .iter()
-            .zip(&recent.along)
-            .filter(|_| self.halved);
+        let both = recent.forces.iter().zip(&recent.along);
+        let known = both.filter(|_| self.halved);
         known.filter_map(|([sum, _], (squares, trend))| {
             let count = recent.steps as f64;
             let variance = (squares / count - (sum / count).powi(2)).max(0.0);

@@ -505,10 +505,8 @@ impl FinishedRun<'_> {
         let healed = step_limit(self.bodies, self.state, &self.state.bonds);
         let limits = [self.stiffness.bonds_s, healed].into_iter().flatten();
         let limit = limits.reduce(f64::min)?;
-        let (load, step) = (
-            self.statistics.largest.bond_load,
-            self.statistics.largest.bond_step,
-        );
+        let largest = &self.statistics.largest;
+        let (load, step) = (largest.bond_load, largest.bond_step);
         let value = step / limit;
         judge!(self.bounds => BOND_STEP, value;
             "bonds bore up to {load:.2} of their strength in steps of {step:.3e} s, {value:.2} of the {limit:.3e} s above which a bond can withstand more than its fracture energy: lower time.step_s (where there are windows, substeps), or raise mass_scale")
@@ -529,10 +527,8 @@ impl FinishedRun<'_> {
     /// on after a rebound at the same speed has lost next to nothing.
     fn energy_in(&self) -> f64 {
         let lost = (-self.stored[0]).max(0.0);
-        let largest = larger(
-            self.statistics.largest.kinetic - self.drifting(),
-            self.flight(),
-        );
+        let moved = self.statistics.largest.kinetic - self.drifting();
+        let largest = larger(moved, self.flight());
         larger(self.state.ledger.worked() + lost, largest)
     }
 

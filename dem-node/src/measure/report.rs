@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::measure::structure;
 use crate::measure::trend::Trend;
 use crate::measure::wheel_contacts;
+use kit::bounds::wider;
 use kit::cycle_drift::{CycleDrift, Mean};
 use kit::traction::TractionRatio;
 use kit::wheel::WheelProgram;
@@ -183,11 +184,8 @@ pub fn ejected_grains(bodies: &Bodies, state: &GrainState) -> usize {
         |x: f64| ends.is_some_and(|[left, right]| !(left - widest..=right + widest).contains(&x));
     let gone = |centre: &[f64; 2]| is_beside(centre[0]) || is_lost(centre);
     let ejected = |grain: &usize| gone(&state.centres[*grain]);
-    without_hanging(
-        bodies,
-        state,
-        state.grains(bodies).filter(ejected).collect(),
-    )
+    let gone = state.grains(bodies).filter(ejected).collect();
+    without_hanging(bodies, state, gone)
 }
 
 /// Part of its radius by which the centre of a grain may lie behind a surface.
@@ -546,9 +544,4 @@ fn add_contacts(means: &mut [Mean; 2], bodies: &Bodies, state: &GrainState) {
     for (mean, count) in means.iter_mut().zip(counts) {
         mean.add(count as f64);
     }
-}
-
-fn wider(range: Option<[f64; 2]>, value: f64) -> [f64; 2] {
-    let [low, high] = range.unwrap_or([value; 2]);
-    [-larger(-low, -value), larger(high, value)]
 }

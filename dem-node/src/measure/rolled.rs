@@ -65,11 +65,8 @@ impl RolledWay {
             return;
         }
         let along = rolling.direction();
-        let on_wheel = state
-            .list
-            .slots
-            .iter()
-            .filter(|slot| bodies.is_wheel(slot.b as usize));
+        let slots = state.list.slots.iter();
+        let on_wheel = slots.filter(|slot| bodies.is_wheel(slot.b as usize));
         let (mut creep_force, mut extent) = (0.0, ContactExtent::default());
         for slot in on_wheel {
             let [normal, tangential] = slot.pressure();

@@ -170,25 +170,18 @@ fn masses(
 /// Speed of shear waves in the grains, of scaled mass (m/s), from above: all contacts take part in the mean strain, G = N l^2 (kn + kt)/8 for N
 /// contacts an area of the length l (Bathurst and Rothenburg 1988). `None` for rigid contacts and without grains.
 pub fn wave_speed(bodies: &Bodies, state: &GrainState) -> Option<f64> {
-    let springs = bodies
-        .law
-        .springs
-        .map(|springs| springs.normal + springs.tangential);
+    let springs = bodies.law.springs;
+    let springs = springs.map(|springs| springs.normal + springs.tangential);
     let bonded = bodies.law.cohesion.map(|law| {
         let areas = state.bonds.iter().map(|bond| bond.area);
         areas.sum::<f64>() / state.bonds.len().max(1) as f64 * (law.normal + law.tangential)
     });
     let stiffness = springs.unwrap_or(0.0) + bonded.unwrap_or(0.0);
     let count = grains(bodies, state).count() as f64;
-    let mass: f64 = grains(bodies, state)
-        .map(|grain| bodies.masses[grain])
-        .sum();
+    let sum = |of: &[f64]| grains(bodies, state).map(|grain| of[grain]).sum::<f64>();
+    let mass = sum(&bodies.masses);
     let contacts = state.list.pressing().count().max(state.bonds.len()) as f64;
-    let length = 2.0
-        * grains(bodies, state)
-            .map(|grain| bodies.radii[grain])
-            .sum::<f64>()
-        / count;
+    let length = 2.0 * sum(&bodies.radii) / count;
     let speed = (contacts * length * length * stiffness / (8.0 * mass)).sqrt();
     (speed > 0.0).then_some(speed)
 }

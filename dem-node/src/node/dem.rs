@@ -259,14 +259,9 @@ impl Dem {
         trial: bool,
     ) -> Result<StepSummary, DemError> {
         let loaded = start + self.time.theta * (end - start);
-        let program = self.program.as_ref();
+        let (program, times) = (self.program.as_ref(), [start, end, loaded]);
         let turn = program.map_or(WheelTurn::Held, |program| {
-            rolled::turn(
-                program,
-                [start, end, loaded],
-                step,
-                self.bodies.wheel_radius,
-            )
+            rolled::turn(program, times, step, self.bodies.wheel_radius)
         });
         let input = StepInput {
             bodies: &self.bodies,
@@ -400,14 +395,10 @@ fn idle_bounds(config: &DemConfig, bodies: &Bodies) -> Vec<String> {
     ];
     let bonded = bodies.any_law(|law| law.cohesion.is_some());
     let sprung = bodies.law.springs.is_some();
-    let cycles = config
-        .wheel
-        .as_ref()
-        .is_some_and(|wheel| wheel.cycles > 0.0);
-    let segments = bodies
-        .walls
-        .iter()
-        .any(|wall| matches!(wall.face, Face::Segment(_)));
+    let wheel = config.wheel.as_ref();
+    let cycles = wheel.is_some_and(|wheel| wheel.cycles > 0.0);
+    let mut walls = bodies.walls.iter();
+    let segments = walls.any(|wall| matches!(wall.face, Face::Segment(_)));
     config.plausible.idle(&[
         (config.wheel.is_none(), "without a wheel", &of_wheels),
         (

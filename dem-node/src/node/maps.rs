@@ -17,11 +17,8 @@ impl Dem {
         if let Some(text) = self.progress.cycles.csv(self.measures.flow.is_some()) {
             self.write_map(folder, "cycles", &text)?;
         }
-        if let Some(rolling) = self
-            .program
-            .as_ref()
-            .and_then(|program| program.rolling.as_ref())
-        {
+        let program = self.program.as_ref();
+        if let Some(rolling) = program.and_then(|program| program.rolling.as_ref()) {
             let radius = self.bodies.wheel_radius;
             let text = self.progress.rolled.record.csv(rolling, radius);
             if !text.is_empty() {

@@ -90,6 +90,8 @@ impl Dem {
         let (fed, repairs) = (bodies.injection.is_some(), bodies.law.penetration.repairs());
         let damped = clusters.driven().any(|(_, _, drive)| drive.damping > 0.0)
             || bodies.any_law(Law::is_damped);
+        let flow = self.measures.flow.as_ref();
+        let lateral = flow.is_some_and(|flow| flow.config.lateral.is_some());
         let [kinetic, normal, tangential, bonds, adhesion] = stored;
         let some = [
             (
@@ -100,13 +102,7 @@ impl Dem {
             (moved, ("walls", Role::Work, ledger.walls)),
             (fed, ("injection", Role::Work, ledger.injection)),
             (repairs, ("repair", Role::Dissipated, ledger.repair)),
-            (
-                self.measures
-                    .flow
-                    .as_ref()
-                    .is_some_and(|flow| flow.config.lateral.is_some()),
-                ("lateral", Role::Dissipated, ledger.lateral),
-            ),
+            (lateral, ("lateral", Role::Dissipated, ledger.lateral)),
             (damped, ("damping", Role::Dissipated, ledger.damping)),
         ];
         let some = some.into_iter().filter(|(there, _)| *there);
@@ -220,12 +216,9 @@ impl Dem {
             results.extend(self.progress.profile.results(config, grains));
         }
         results.extend(self.stress_results());
-        let rolling = self
-            .program
-            .iter()
-            .filter_map(|program| program.rolling.as_ref());
+        let programs = self.program.iter();
         let record = &self.progress.rolled.record;
-        for rolling in rolling {
+        for rolling in programs.filter_map(|program| program.rolling.as_ref()) {
             let waves = rolled_layer::wave_speed(&self.bodies, state);
             let speed = waves.map(|waves| ("rolling_speed_rel", rolling.speed.abs() / waves));
             results.extend(record.results(rolling, self.bodies.wheel_radius));

@@ -119,10 +119,8 @@ const FAR: f64 = 1e6;
 pub fn advice_on_positions(bodies: &Bodies, state: &GrainState) -> Option<String> {
     let free = 0..bodies.free;
     let radius = range(free.clone().map(|i| bodies.radii[i]))[0];
-    let far = free
-        .flat_map(|i| state.centres[i])
-        .map(f64::abs)
-        .fold(0.0, f64::max);
+    let places = free.flat_map(|i| state.centres[i]);
+    let far = places.map(f64::abs).fold(0.0, f64::max);
     (far > FAR * radius).then(|| {
         let rounding = f64::EPSILON * far / radius;
         format!("sample: a grain lies {far:e} m from the origin, {:.1e} times the smallest radius; its position is rounded to {rounding:.1e} of this radius and contacts lose as many digits: move the sample towards the origin", far / radius)

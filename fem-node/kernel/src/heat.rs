@@ -45,7 +45,7 @@ pub enum EdgeCondition {
 }
 
 /// Vertices of a body, their capacities and conductances.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct HeatBody {
     /// Vertices in a row.
     columns: usize,
@@ -93,7 +93,7 @@ struct HeatWheel {
 }
 
 /// The part of the heat that steps change.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct HeatField {
     /// Rises of the temperatures since the start (K), row after row.
     pub rises: Vec<f64>,
@@ -117,6 +117,9 @@ pub struct HeatField {
     pub bent: f64,
     /// Time since the start (s).
     pub time: f64,
+    /// Factors of the columns for the length of the last step; a step of another length computes them again.
+    #[serde(skip)]
+    factors: ColumnFactors,
 }
 
 impl HeatField {
@@ -131,7 +134,7 @@ impl HeatField {
 
 /// Factors of the columns for steps of one length.
 #[derive(Clone, Debug, Default)]
-pub struct ColumnFactors {
+struct ColumnFactors {
     step: f64,
     lower: Vec<f64>,
     inverse: Vec<f64>,
@@ -177,22 +180,12 @@ impl HeatBody {
         let columns = mesh.columns + usize::from(!mesh.periodic);
         let mut body = HeatBody {
             columns,
-            turned_over: false,
             x: (0..columns).map(|i| mesh.point(i, 0)[0]).collect(),
             periodic: mesh.periodic,
             firsts,
             shares,
-            capacity: Vec::new(),
-            down: Vec::new(),
-            right: Vec::new(),
-            held: Vec::new(),
-            fluxes: Vec::new(),
-            films: Vec::new(),
             edges: conditions.len(),
-            limit: f64::INFINITY,
-            conductivity: Vec::new(),
-            heats: CapacityTable::default(),
-            wheel: None,
+            ..HeatBody::default()
         };
         body.fill(mesh, numbers);
         for (edge, (place, condition)) in conditions.iter().enumerate() {
@@ -350,19 +343,16 @@ impl HeatBody {
         }
     }
 
-    /// The vertex before another one in its row.
-    fn left_of(&self, vertex: usize) -> Option<usize> {
-        match vertex % self.columns {
-            0 if self.periodic => Some(vertex + self.columns - 1),
-            0 => None,
-            _ => Some(vertex - 1),
-        }
-    }
-
     fn longest(&self) -> f64 {
         let rate = |vertex: usize| {
-            let left = self.left_of(vertex).map_or(0.0, |left| self.right[left]);
-            (left + self.right[vertex]) / self.capacity[vertex]
+            // The last vertex of a row conducts to the first one where the body repeats; elsewhere its conductance is 0.
+            let is_first = vertex.is_multiple_of(self.columns);
+            let after = if is_first {
+                vertex + self.columns
+            } else {
+                vertex
+            };
+            (self.right[after - 1] + self.right[vertex]) / self.capacity[vertex]
         };
         let free = (0..self.capacity.len()).filter(|vertex| self.held[*vertex].is_none());
         1.0 / free.map(rate).fold(0.0, larger)
@@ -454,12 +444,12 @@ impl HeatBody {
     }
 
     /// Goes on by this time (s), with the heat that waits.
-    pub fn advance(&self, field: &mut HeatField, factors: &mut ColumnFactors, time: f64) {
+    pub fn advance(&self, field: &mut HeatField, time: f64) {
         let parts = (time / self.limit).ceil().max(1.0);
         let step = time / parts;
-        let changes = self.changes();
+        let (changes, mut factors) = (self.changes(), std::mem::take(&mut field.factors));
         if !changes && factors.step != step {
-            *factors = self.factors(step);
+            factors = self.factors(step);
         }
         let mut added = vec![0.0; self.capacity.len()];
         added[..self.columns].copy_from_slice(&field.upper);
@@ -470,11 +460,12 @@ impl HeatBody {
             if changes {
                 self.changing_step(field, step, &added);
             } else {
-                self.step(field, factors, &added);
+                self.step(field, &factors, &added);
             }
             field.time += step;
             self.see_peak(field);
         }
+        field.factors = factors;
     }
 
     /// True where a step has other factors than the one before.
@@ -582,15 +573,11 @@ impl HeatBody {
             .chunks_exact(columns)
             .zip(heat.chunks_exact_mut(columns));
         for ((rises, heat), right) in rows.zip(factors.right.chunks_exact(columns)) {
-            for i in 0..columns - 1 {
-                let across = right[i] * (rises[i + 1] - rises[i]);
+            for i in 0..columns - usize::from(!self.periodic) {
+                let next = self.next(i);
+                let across = right[i] * (rises[next] - rises[i]);
                 heat[i] += across;
-                heat[i + 1] -= across;
-            }
-            if self.periodic {
-                let across = right[columns - 1] * (rises[0] - rises[columns - 1]);
-                heat[columns - 1] += across;
-                heat[0] -= across;
+                heat[next] -= across;
             }
         }
         for (vertex, edge, flux) in &self.fluxes {
@@ -627,12 +614,8 @@ impl HeatBody {
     /// Books the heat that passes along columns into held vertices.
     fn along_columns(&self, field: &mut HeatField, step: f64) {
         let rises = &field.rises;
-        for (vertex, pair) in self
-            .held
-            .iter()
-            .zip(self.held.iter().skip(self.columns))
-            .enumerate()
-        {
+        let pairs = self.held.iter().zip(self.held.iter().skip(self.columns));
+        for (vertex, pair) in pairs.enumerate() {
             let below = vertex + self.columns;
             let down = step * self.down[vertex] * (rises[vertex] - rises[below]);
             match pair {
@@ -694,8 +677,7 @@ fn layers([from, to]: [f64; 2], finest: f64) -> Vec<f64> {
     };
     depths.truncate(keep);
     depths.push(end);
-    depths
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]) / (end - from))
-        .collect()
+    let pairs = depths.windows(2);
+    let shares = pairs.map(|pair| (pair[1] - pair[0]) / (end - from));
+    shares.collect()
 }

@@ -61,10 +61,8 @@ impl Edge {
 
     /// The edge of this name.
     pub fn named(name: &str) -> Option<Edge> {
-        Edge::ALL
-            .iter()
-            .find(|(known, _)| *known == name)
-            .map(|(_, edge)| *edge)
+        let mut all = Edge::ALL.into_iter();
+        all.find_map(|(known, edge)| (known == name).then_some(edge))
     }
 
     /// The edge that it is once the mesh is [turned over](Mesh::turned_over).
@@ -178,10 +176,8 @@ impl Mesh {
     pub fn extents(&self) -> [f64; 2] {
         [0, 1].map(|k| {
             let ends = |[low, high]: [f64; 2], p: &[f64; 2]| [low.min(p[k]), high.max(p[k])];
-            let [low, high] = self
-                .points
-                .iter()
-                .fold([f64::INFINITY, f64::NEG_INFINITY], ends);
+            let points = self.points.iter();
+            let [low, high] = points.fold([f64::INFINITY, f64::NEG_INFINITY], ends);
             high - low
         })
     }
@@ -311,10 +307,8 @@ impl Mesh {
     /// Positions of the nodes of [`Mesh::surface`] (m).
     pub fn surface_points(&self, edge: Edge) -> Vec<[f64; 2]> {
         let (nodes, _) = self.surface(edge);
-        nodes
-            .iter()
-            .map(|node| self.points[self.number(*node)])
-            .collect()
+        let points = nodes.iter().map(|node| self.points[self.number(*node)]);
+        points.collect()
     }
 
     /// Corners of the element in column i, row j, anticlockwise from the lower left one, as (column, row).

@@ -176,20 +176,17 @@ impl SetConfig {
             "has a pressure and a motion, and a pressure may act in both directions",
             "give the component that is not moved as traction_pa = [\"free\", -1e6]",
         )?;
-        let both = |k: &usize| load.acts_along(*k) && motion.components()[*k].0.is_some();
-        [0, 1]
-            .iter()
-            .zip(["x", "y"])
-            .try_for_each(|(k, direction)| {
-                refuse_if(
-                    both(k),
-                    &key,
-                    format!(
-                        "has a load and a motion in {direction}, but only one of them is allowed there"
-                    ),
-                    "write \"free\" for one of them, or remove load_direction",
-                )
-            })
+        for (k, direction) in ["x", "y"].into_iter().enumerate() {
+            refuse_if(
+                load.acts_along(k) && motion.components()[k].0.is_some(),
+                &key,
+                format!(
+                    "has a load and a motion in {direction}, but only one of them is allowed there"
+                ),
+                "write \"free\" for one of them, or remove load_direction",
+            )?;
+        }
+        Ok(())
     }
 }
 
@@ -222,10 +219,8 @@ impl BoundaryConfig {
 
     /// The sets whose motion is prescribed.
     pub(crate) fn moved_sets(&self) -> impl Iterator<Item = &str> {
-        let moved = self
-            .0
-            .iter()
-            .filter(|(_, config)| config.prescribed().is_some());
+        let sets = self.0.iter();
+        let moved = sets.filter(|(_, config)| config.prescribed().is_some());
         moved.map(|(set, _)| set.as_str())
     }
 }

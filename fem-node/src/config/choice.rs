@@ -1,6 +1,5 @@
 //! Choices with a few named values each.
 
-use fem_kernel::element::body;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -24,31 +23,6 @@ pub enum Start {
     Ramp,
     /// The run starts in equilibrium under the full load, without a ramp; `wheel.hold_s` keeps its meaning.
     Static,
-}
-
-/// Finite element.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum ElementKind {
-    /// Bilinear quadrilateral, one integration point, hourglass stiffness of Flanagan and Belytschko.
-    #[serde(rename = "q4_1point")]
-    Q4OnePoint,
-    /// Bilinear quadrilateral, 2 x 2 integration points.
-    #[serde(rename = "q4_2x2")]
-    Q4Full,
-    /// Bilinear quadrilateral, 2 x 2 points for the change of shape, one mean value for the change of volume; it
-    /// does not lock when nearly incompressible.
-    #[serde(rename = "q4_bbar")]
-    Q4MeanDilatation,
-}
-
-impl From<ElementKind> for body::ElementKind {
-    fn from(kind: ElementKind) -> body::ElementKind {
-        match kind {
-            ElementKind::Q4OnePoint => body::ElementKind::Q4OnePoint,
-            ElementKind::Q4Full => body::ElementKind::Q4Full,
-            ElementKind::Q4MeanDilatation => body::ElementKind::Q4MeanDilatation,
-        }
-    }
 }
 
 /// Out-of-plane condition.

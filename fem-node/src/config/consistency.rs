@@ -1,11 +1,12 @@
 //! Keys that must go together.
 
+use fem_kernel::element::body::ElementKind;
 use kit::ConfigError;
 use kit::keys::refuse_if;
 use protocol::Cause;
 
 use super::boundary::SetConfig;
-use super::choice::{Analysis, Base, ContactEdge, ElementKind, Kinematics, Plane, Sides, Start};
+use super::choice::{Analysis, Base, ContactEdge, Kinematics, Plane, Sides, Start};
 use super::heat::HeatSources;
 use super::keys::FemConfig;
 use super::material::MaterialKind;
@@ -302,6 +303,7 @@ impl FemConfig {
         let edge = self.mesh.contact_edge();
         let wheel = self.wheel.as_ref();
         let moves = wheel.is_some_and(|wheel| wheel.rolling.is_some() || wheel.cycles > 0.0);
+        let (shared, half_space) = (heat.wheel_share != 0.0, heat.wheel_half_space.is_some());
         let ends = ["left", "right"].map(|end| heat.edges.contains_key(end));
         let refusals = [
             (
@@ -323,19 +325,13 @@ impl FemConfig {
                 "give wheel.rolling or wheel.cycles, or take analysis = \"dynamic\"",
             ),
             (
-                self.wheel.is_none() && heat.wheel_share != 0.0,
-                "heat.wheel_share",
+                wheel.is_none() && (shared || half_space),
+                ["heat.wheel_half_space", "heat.wheel_share"][usize::from(shared)],
                 "has no effect without a wheel of the body's own",
                 "remove it",
             ),
             (
-                self.wheel.is_none() && heat.wheel_half_space.is_some(),
-                "heat.wheel_half_space",
-                "has no effect without a wheel of the body's own",
-                "remove it",
-            ),
-            (
-                heat.wheel_share != 0.0 && heat.wheel_half_space.is_some(),
+                shared && half_space,
                 "heat.wheel_share",
                 "is given, and follows from heat.wheel_half_space",
                 "remove one of the two",

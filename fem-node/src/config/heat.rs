@@ -107,19 +107,15 @@ impl HeatConfig {
     /// Refuses wrong tables over temperature.
     pub(super) fn check_tables(&self) -> Result<(), ConfigError> {
         let yields = self.softening.as_ref().map(|of| &of.yield_stress);
-        let tables = [
-            (
-                "heat.conductivity_factor",
-                self.conductivity_factor.as_ref(),
-                false,
-            ),
-            ("heat.capacity_factor", self.capacity_factor.as_ref(), true),
+        let [conductivity, capacity] = [&self.conductivity_factor, &self.capacity_factor];
+        for (key, table, above) in [
+            ("heat.conductivity_factor", conductivity.as_ref(), false),
+            ("heat.capacity_factor", capacity.as_ref(), true),
             ("heat.softening.yield_stress", yields, true),
-        ];
-        let mut given = tables
-            .into_iter()
-            .filter_map(|(key, table, above)| Some((key, table?, above)));
-        given.try_for_each(|(key, table, above)| check_factors(key, table, above))
+        ] {
+            table.map_or(Ok(()), |table| check_factors(key, table, above))?;
+        }
+        Ok(())
     }
 
     /// The edges with their conditions, temperatures as rises above the start.
@@ -134,20 +130,19 @@ impl HeatConfig {
                 ConfigError::new(&key, "is no edge of a structured mesh")
                     .help("name top, bottom, left or right")
             })?;
-            let film = given.film_w_per_m2_k.zip(given.ambient_k);
+            let film = (given.film_w_per_m2_k, given.ambient_k);
             let condition = match (given.held_k, given.flux_w_per_m2, film) {
-                (Some(held), None, None) => Some(EdgeCondition::Held(held - start)),
-                (None, Some(flux), None) => Some(EdgeCondition::Flux(flux)),
-                (None, None, Some((film, ambient))) => {
-                    Some(EdgeCondition::Film([film, ambient - start]))
+                (Some(held), None, (None, None)) => EdgeCondition::Held(held - start),
+                (None, Some(flux), (None, None)) => EdgeCondition::Flux(flux),
+                (None, None, (Some(film), Some(ambient))) => {
+                    EdgeCondition::Film([film, ambient - start])
                 }
-                _ => None,
+                _ => {
+                    let error = ConfigError::new(&key, "has no condition, or more than one");
+                    let help = "give held_k, flux_w_per_m2, or film_w_per_m2_k with ambient_k";
+                    return Err(error.help(help));
+                }
             };
-            let whole = given.film_w_per_m2_k.is_some() == given.ambient_k.is_some();
-            let condition = condition.filter(|_| whole).ok_or_else(|| {
-                ConfigError::new(&key, "has no condition, or more than one")
-                    .help("give held_k, flux_w_per_m2, or film_w_per_m2_k with ambient_k")
-            })?;
             Ok((edge, condition))
         });
         each.collect()

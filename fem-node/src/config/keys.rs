@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use fem_kernel::element::body::ElementKind;
 use fem_kernel::statics::history::StaticLoads;
 use kit::table::last_change;
 use kit::wheel::{WheelProgram, moments};
@@ -9,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::boundary::BoundaryConfig;
-use super::choice::{Analysis, Base, ElementKind, Kinematics, Plane, Sides, Start};
+use super::choice::{Analysis, Base, Kinematics, Plane, Sides, Start};
 use super::heat::HeatConfig;
 use super::initial::InitialConfig;
 use super::material::{MaterialConfig, MaterialKind};
@@ -95,16 +96,14 @@ impl FemConfig {
     /// The loads of a wheel in equilibrium, where there is one.
     pub fn static_loads(&self) -> Option<StaticLoads> {
         let (wheel, contact) = self.wheel.as_ref().zip(self.contact.as_ref())?;
+        let rolling = wheel.rolling.as_ref();
         Some(StaticLoads {
             load: wheel.load_n,
             radius: wheel.radius_m,
             friction: contact.friction,
             friction_while_loading: contact.friction_while_loading,
             increments: self.statics.load_increments(wheel.load_n),
-            start: wheel
-                .rolling
-                .as_ref()
-                .map_or(0.0, |rolling| rolling.start_m),
+            start: rolling.map_or(0.0, |rolling| rolling.start_m),
         })
     }
 

@@ -65,13 +65,9 @@ pub struct GmshConfig {
     /// working directory.
     pub gmsh: PathBuf,
     /// Length of the file's unit (m), > 0; 1 when absent.
-    #[serde(default = "one")]
+    #[serde(default = "kit::number::one::<f64>")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub length_unit_m: f64,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 /// Written by hand: the keys are assigned to a source after reading, see `KEYS`.

@@ -1,10 +1,7 @@
 //! A body as its lowest modes.
 
-use std::borrow::Cow;
-
-use kit::number::{number_or_word, number_or_word_schema};
-use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::{Deserialize, Deserializer};
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 /// A linear body as its lowest modes and its static flexibility, for a surface that grains load. Give `modes` or `omega_max_per_s`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -23,29 +20,7 @@ pub struct ReducedConfig {
     pub near_m: NearReach,
 }
 
-/// The distance as written.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum NearReach {
-    /// The least one with stable windows.
-    #[default]
-    Auto,
-    /// Given (m).
-    Metres(f64),
-}
-
-impl JsonSchema for NearReach {
-    fn schema_name() -> Cow<'static, str> {
-        "NearReach".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        number_or_word_schema("auto")
-    }
-}
-
-impl<'de> Deserialize<'de> for NearReach {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let reach = number_or_word(deserializer, "auto", "a length in metres or \"auto\"")?;
-        Ok(reach.map_or(NearReach::Auto, NearReach::Metres))
-    }
+kit::number_or_word! {
+    /// The distance as written: given (m), or the least one with stable windows.
+    NearReach, "auto", "a length in metres or \"auto\""
 }

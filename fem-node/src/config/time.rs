@@ -1,10 +1,7 @@
 //! Step, damping and end of the run.
 
-use std::borrow::Cow;
-
-use kit::number::{number_or_word, number_or_word_schema};
-use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::{Deserialize, Deserializer};
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 /// Time step, damping and end of the run.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
@@ -39,28 +36,7 @@ pub struct FemTimeConfig {
     pub end_s: Option<f64>,
 }
 
-/// The step as written.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum StepChoice {
-    /// A share of the stability limit.
-    Auto,
-    /// Given (s).
-    Seconds(f64),
-}
-
-impl JsonSchema for StepChoice {
-    fn schema_name() -> Cow<'static, str> {
-        "StepChoice".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        number_or_word_schema("auto")
-    }
-}
-
-impl<'de> Deserialize<'de> for StepChoice {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let step = number_or_word(deserializer, "auto", "a step in seconds or \"auto\"")?;
-        Ok(step.map_or(StepChoice::Auto, StepChoice::Seconds))
-    }
+kit::number_or_word! {
+    /// The step as written: given (s), or a share of the stability limit.
+    StepChoice, "auto", "a step in seconds or \"auto\""
 }

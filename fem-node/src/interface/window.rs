@@ -32,7 +32,7 @@ use protocol::larger;
 use crate::interface::window::committed::Committed;
 use crate::model::Model;
 use crate::model::boundary::Traction;
-use crate::model::heat::HeatRun;
+use crate::model::heat::HeatState;
 use crate::output::ledger::Ledger;
 use crate::output::probe::{HoldRecord, hold_record};
 
@@ -69,7 +69,7 @@ pub(crate) struct WindowRun {
     /// The wheel at the end of the window.
     pub(crate) wheel: Option<WheelRun>,
     /// Temperatures at the end of the window.
-    pub(crate) heat: Option<HeatRun>,
+    pub(crate) heat: HeatState,
     /// Record of the moment before the wheel starts to move sideways, if it lies in the window.
     pub(crate) hold_record: Option<HoldRecord>,
     /// Energy excess that showed divergence; the window stopped there.
@@ -111,7 +111,6 @@ impl WindowRun {
             start_strain: 0.5 * at_start.strain,
             start_kinetic: 0.5 * at_start.kinetic,
             wheel: model.wheel.as_ref().map(WheelRun::new),
-            heat: model.heat.as_ref().map(|_| HeatRun::default()),
             fields,
             tally,
             works: Works::new(model),
@@ -274,9 +273,10 @@ impl WindowRun {
 
     /// Takes the losses up to the end of `step` as heat, and lets it pass every few steps.
     fn warm(&mut self, (model, input): (&Model, &WindowInput), step: u64, last: bool) {
-        let (Some(heat), Some(run)) = (&model.heat, &mut self.heat) else {
+        let Some(heat) = &model.heat else {
             return;
         };
+        let run = &mut self.heat;
         let passes = step.is_multiple_of(heat.every);
         if passes || last {
             run.yield_to(heat, &self.fields.dissipated.plastic);
@@ -287,7 +287,7 @@ impl WindowRun {
                 Some(wheel) => run.advance(heat, wheel.state.rubbed(), time),
                 None => run.advance(heat, (&[], std::iter::empty()), time),
             }
-            model.warm(&mut run.state, &mut self.fields.state);
+            model.warm(run, &mut self.fields.state);
             if model.expands() {
                 self.swelling[1] = model.thermal_forces(&self.fields.state.thermal[1]);
                 self.set_load(model, input, step, true);
@@ -376,9 +376,7 @@ impl WindowRun {
         self.fields.dissipated.clear();
         self.record.clear();
         self.hold_record = None;
-        if let (Some(run), Some(heat)) = (&mut self.heat, &committed.heat) {
-            run.restore(heat);
-        }
+        self.heat.restore(&committed.heat);
         let [before, now] = &committed.state.thermal;
         // Without a wheel the accelerations are computed anew.
         let before = if model.wheel.is_some() { before } else { now };
@@ -504,7 +502,7 @@ impl WindowRun {
 
     /// Interface force and tractions at the end of a step; at the start of a window from scratch.
     fn set_load(&mut self, model: &Model, input: &WindowInput, step: u64, from_scratch: bool) {
-        let factor = |t: &Traction, step: u64| t.history.factor(step as f64 * model.scheme.step);
+        let factor = |t: &Traction, step: u64| t.factor(step as f64 * model.scheme.step);
         let same = |t: &Traction| factor(t, step) == factor(t, step - 1);
         if !from_scratch && model.tractions.iter().all(same) {
             return;

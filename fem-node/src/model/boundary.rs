@@ -9,7 +9,7 @@ use fem_kernel::element::layout::Layout;
 use fem_kernel::mesh::Mesh;
 use kit::ConfigError;
 use kit::keys::refuse_if;
-use kit::table::{LoadTable, last_change, load_at};
+use kit::table::{LoadTable, load_at};
 
 use super::motion::{MotionHistory, PrescribedMotion, Ramp};
 use crate::config::boundary::{SetConfig, SetLoad};
@@ -23,33 +23,14 @@ use crate::mesh::named_set;
 pub struct Traction {
     /// Component and force (N): at full load, or for a table of loads, under 1 N on the set.
     pub forces: Vec<(usize, f64)>,
-    pub(crate) history: LoadHistory,
+    /// Factor of these forces over time (s): share of the full load, or force of the set (N).
+    pub(crate) factors: LoadTable,
 }
 
-/// A load over time.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum LoadHistory {
-    /// Share of the full load.
-    Ramp(Ramp),
-    /// Force of the set (s, N).
-    Table(LoadTable),
-}
-
-impl LoadHistory {
-    /// Factor of the nodal forces at time t (s).
+impl Traction {
+    /// Factor of the forces at time t (s).
     pub(crate) fn factor(&self, t: f64) -> f64 {
-        match self {
-            LoadHistory::Ramp(ramp) => ramp.share(t),
-            LoadHistory::Table(table) => load_at(table, t),
-        }
-    }
-
-    /// Time from which the load is constant (s).
-    pub(crate) fn settled_at(&self) -> f64 {
-        match self {
-            LoadHistory::Ramp(ramp) => ramp.duration,
-            LoadHistory::Table(table) => last_change(Some(table)).unwrap_or(0.0),
-        }
+        load_at(&self.factors, t)
     }
 }
 
@@ -83,9 +64,10 @@ pub(crate) fn build(
             refuse_held_load(body, &format!("boundary.{name}.{}", load.key()), &forces)?;
             tractions.push(Traction {
                 forces,
-                history: match load {
-                    SetLoad::Table(table, _) => LoadHistory::Table(table.clone()),
-                    _ => LoadHistory::Ramp(ramp),
+                factors: match load {
+                    SetLoad::Table(table, _) => table.clone(),
+                    _ if ramp.duration > 0.0 => vec![[0.0, 0.0], [ramp.duration, 1.0]],
+                    _ => vec![[0.0, 1.0]],
                 },
             });
         }
@@ -130,21 +112,17 @@ fn held_motion(
 
 /// Refuses a load that acts along a direction only where supports hold the body.
 fn refuse_held_load(body: &Body, key: &str, forces: &[(usize, f64)]) -> Result<(), ConfigError> {
-    [0, 1]
-        .into_iter()
-        .zip(["x", "y"])
-        .try_for_each(|(k, direction)| {
-            let mut along = forces
-                .iter()
-                .filter(|(index, _)| body.layout.direction(*index) == k)
-                .peekable();
-            refuse_if(
-                along.peek().is_some() && along.all(|(index, _)| is_held(body, *index)),
-                key,
-                format!("moves no node along {direction}: supports hold them all"),
-                "remove the load along this direction, or free the set by base or sides",
-            )
-        })
+    for (k, direction) in ["x", "y"].into_iter().enumerate() {
+        let along = forces.iter().map(|(index, _)| *index);
+        let mut along = along.filter(|index| body.layout.direction(*index) == k);
+        refuse_if(
+            along.clone().next().is_some() && along.all(|index| is_held(body, index)),
+            key,
+            format!("moves no node along {direction}: supports hold them all"),
+            "remove the load along this direction, or free the set by base or sides",
+        )?;
+    }
+    Ok(())
 }
 
 /// True for a component without a motion of its own.

@@ -1,9 +1,10 @@
 //! The heat of a body: its vertices, the shares of its sources, and its results.
 
-use fem_kernel::heat::{ColumnFactors, HeatBody, HeatField, HeatNumbers};
+use fem_kernel::heat::{HeatBody, HeatField, HeatNumbers};
 use fem_kernel::material::Elastic;
 use fem_kernel::mesh::{Edge, Mesh};
 use kit::ConfigError;
+use kit::bounds::wider;
 use kit::finding::heat_coarseness;
 use kit::heat::factor_at;
 use kit::keys::refuse_if;
@@ -62,8 +63,8 @@ pub(crate) struct BodyHeat {
     edges: Vec<String>,
 }
 
-/// The heat of a body so far.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// The heat of a body so far; nothing by default, for a body without.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct HeatState {
     pub(crate) field: HeatField,
     /// Heat by friction, the wheel's included, and by plastic flow (J).
@@ -89,14 +90,8 @@ pub(crate) struct HeatState {
     pub(crate) yielding: f64,
     /// Loss by friction at each node of the upper edge that has become heat (J).
     slid: Vec<f64>,
-}
-
-/// Heat of a body in the course of a window, with the factors of its columns.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct HeatRun {
-    pub(crate) state: HeatState,
-    factors: ColumnFactors,
     /// Loss by plastic flow since the start of the window that has become heat, by elements (J).
+    #[serde(skip)]
     yielded: Vec<f64>,
 }
 
@@ -148,61 +143,38 @@ impl BodyHeat {
             let wheel = [wheel.effusivity_w_s05_per_m2_k, rise];
             body = body.under_wheel((mesh, thickness), wheel);
         }
+        let softening = heat.softening.as_ref();
+        let hundredth = (total.unwrap_or(f64::INFINITY) / STEPS) as u64;
+        let every = EVERY.min(hundredth).max(1);
         Ok(Some(BodyHeat {
             body,
             surface,
             start: heat.start_k,
-            every: heat.every_steps.map_or_else(
-                || {
-                    EVERY
-                        .min((total.unwrap_or(f64::INFINITY) / STEPS) as u64)
-                        .max(1)
-                },
-                u64::from,
-            ),
+            every: heat.every_steps.map_or(every, u64::from),
             sources: [
                 heat.sources.friction.unwrap_or(1.0),
                 heat.sources.plastic.unwrap_or(PLASTIC),
             ],
             wheel_share: heat.wheel_share,
-            yields: heat
-                .softening
-                .as_ref()
-                .map_or_else(Vec::new, |of| of.yield_stress.clone()),
+            yields: softening.map_or_else(Vec::new, |of| of.yield_stress.clone()),
             stiffness,
             edges: heat.edges.keys().cloned().collect(),
         }))
     }
 
     /// Lets heat pass up to this number of own steps of this length (s), in whole intervals.
-    pub(crate) fn pass(
-        &self,
-        state: &mut HeatState,
-        factors: &mut ColumnFactors,
-        (steps, step): (u64, f64),
-    ) {
+    pub(crate) fn pass(&self, state: &mut HeatState, (steps, step): (u64, f64)) {
         while steps - state.heated >= self.every {
-            let until = state.heated + self.every;
-            self.end(state, factors, (until, step));
+            self.end(state, (state.heated + self.every, step));
         }
     }
 
     /// The same to the end, the last interval being shorter.
-    pub(crate) fn end(
-        &self,
-        state: &mut HeatState,
-        factors: &mut ColumnFactors,
-        (steps, step): (u64, f64),
-    ) {
-        let rest = steps - state.heated;
-        if rest > 0 {
-            self.go_on(state, factors, rest as f64 * step);
-            (state.heated, state.count) = (steps, state.count + 1);
+    pub(crate) fn end(&self, state: &mut HeatState, (steps, step): (u64, f64)) {
+        if steps == state.heated {
+            return;
         }
-    }
-
-    /// Goes on by this time (s), with what arrives and waits.
-    fn go_on(&self, state: &mut HeatState, factors: &mut ColumnFactors, time: f64) {
+        let time = (steps - state.heated) as f64 * step;
         let upper = state.field.upper.iter_mut();
         for (waiting, [left, rate]) in upper.zip(&mut state.arriving) {
             let all = (*rate * time).abs() >= left.abs();
@@ -210,7 +182,8 @@ impl BodyHeat {
             *left -= joules;
             *waiting += joules;
         }
-        self.body.advance(&mut state.field, factors, time);
+        self.body.advance(&mut state.field, time);
+        (state.heated, state.count) = (steps, state.count + 1);
     }
 
     /// Largest change of a temperature from one exchange to the next, over the range of all, or one over the number of exchanges; 0 without heat.
@@ -249,10 +222,9 @@ impl BodyHeat {
         &self,
         state: &mut HeatState,
         (nodes, heat): (&[[usize; 2]], &[f64]),
-        factors: &mut ColumnFactors,
         (steps, step): (u64, f64),
     ) -> Vec<f64> {
-        self.end(state, factors, (steps, step));
+        self.end(state, (steps, step));
         // The last interval of a run may be short, and heat of the one before still arrives then.
         let since = (steps - state.exchanged) as f64 * step;
         state.interval = larger(state.interval, since);
@@ -271,8 +243,7 @@ impl BodyHeat {
             state.jump = larger(state.jump, (kelvins - before).abs());
         }
         for kelvins in &now {
-            let [low, high] = state.range.unwrap_or([*kelvins; 2]);
-            state.range = Some([-larger(-low, -kelvins), larger(high, *kelvins)]);
+            state.range = Some(wider(state.range, *kelvins));
         }
         state.answered.clone_from(&now);
         now
@@ -394,22 +365,19 @@ impl HeatState {
         let arriving = self.arriving.iter().flatten();
         self.field.numbers().chain(sums).chain(arriving)
     }
-}
 
-impl HeatRun {
     /// Begins a window.
     pub(crate) fn restore(&mut self, start: &HeatState) {
-        self.state.clone_from(start);
+        self.clone_from(start);
         self.yielded.fill(0.0);
     }
 
     /// Takes the losses by plastic flow since the last call, in each element since the start of the window (J).
     pub(crate) fn yield_to(&mut self, heat: &BodyHeat, yielded: &[f64]) {
-        self.yielded.resize(yielded.len(), 0.0);
-        let both = yielded.iter().zip(&self.yielded);
-        self.state
-            .yields(heat, both.map(|(after, before)| after - before));
-        self.yielded.copy_from_slice(yielded);
+        let mut before = std::mem::replace(&mut self.yielded, yielded.to_vec());
+        before.resize(yielded.len(), 0.0);
+        let both = yielded.iter().zip(before);
+        self.yields(heat, both.map(|(after, before)| after - before));
     }
 
     /// Takes the losses by slip at each node since the start of the run (J) with the nodes that the wheel touches, and goes on by this time (s).
@@ -419,10 +387,9 @@ impl HeatRun {
         rubbed: (&[f64], impl Iterator<Item = bool>),
         time: f64,
     ) {
-        self.state.rub(heat, rubbed);
-        let field = &mut self.state.field;
-        heat.body.advance(field, &mut self.factors, time);
-        self.state.heated += heat.every;
-        self.state.count += 1;
+        self.rub(heat, rubbed);
+        heat.body.advance(&mut self.field, time);
+        self.heated += heat.every;
+        self.count += 1;
     }
 }

@@ -105,11 +105,8 @@ impl PrescribedMotion {
             let name = format!("{}_displacement_{direction}_m", self.set);
             Some((name, displacement[k] * share))
         };
-        ["x", "y"]
-            .into_iter()
-            .enumerate()
-            .filter_map(along)
-            .collect()
+        let directions = ["x", "y"].into_iter().enumerate();
+        directions.filter_map(along).collect()
     }
 }
 

@@ -111,10 +111,8 @@ impl Roll {
         let a = self.half_width;
         let nodes = 2.0 * a / most;
         let unit = self.friction * a / self.radius;
-        let period = self
-            .rolling
-            .period
-            .filter(|period| *period < PERIOD_MIN * a);
+        let period = self.rolling.period;
+        let period = period.filter(|period| *period < PERIOD_MIN * a);
         let shift = -self.box_shift();
         let mut warnings = Vec::new();
         if self.speed_rel > FAST {

@@ -1,11 +1,12 @@
 //! Answers of the body to a coupler.
 
+use fem_kernel::interface::compliance::{compliance, impedance};
 use protocol::checkpoint::{pack, unpack};
 use protocol::{Capabilities, Description, Node, NodeError, Outcome, Reaction, Surface, Window};
 
 use super::fem_node::FemNode;
-use super::report::described;
-use super::windows::{COMPLIANCE, FORCE, IMPEDANCE, VELOCITY};
+use super::report::{described, reported};
+use super::windows::{FORCE, VELOCITY};
 use crate::error::FemError;
 use crate::interface::window::committed::Committed;
 use crate::interface::window::extent::{BodyWindow, WindowInput};
@@ -42,7 +43,7 @@ impl Node for FemNode {
     }
 
     fn columns(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
-        Ok(self.condensed(COMPLIANCE, window.substeps)?)
+        Ok(self.condensed("compliance", compliance, window.substeps)?)
     }
 
     fn advance(&mut self, window: &Window, force: &[f64]) -> Result<Vec<f64>, NodeError> {
@@ -56,7 +57,7 @@ impl Node for FemNode {
 
     fn impedance(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
         self.takes_velocity()?;
-        Ok(self.condensed(IMPEDANCE, window.substeps)?)
+        Ok(self.condensed("impedance", impedance, window.substeps)?)
     }
 
     fn prescribe_velocity(
@@ -86,13 +87,7 @@ impl Node for FemNode {
             let (window, count) = (window.index, displacement.len());
             return Err(FemError::Dictated { window, count }.into());
         }
-        let input = match self.pending.take() {
-            Some((index, input)) if index == window.index => input,
-            other => {
-                let (window, advanced) = (window.index, other.map(|(index, _)| index));
-                return Err(FemError::NotAdvanced { window, advanced }.into());
-            }
-        };
+        let input = FemError::advanced(window, self.pending.take())?;
         let window = BodyWindow {
             model: &self.model,
             committed: &self.committed,
@@ -103,17 +98,13 @@ impl Node for FemNode {
         committed.ledger = ledger;
         committed.reactions = self.run.works.last_reactions(&self.model);
         let in_steps = warms_in_steps(&self.model, &input);
-        let heats = (&self.model.heat, &mut committed.heat, &self.run.heat);
-        if let (Some(heat), Some(state), Some(run)) = heats {
-            if in_steps {
-                state.clone_from(&run.state);
-            } else {
-                let lost = self.run.fields.dissipated.plastic.iter();
-                state.yields(heat, lost.copied());
-                let steps = committed.steps + u64::from(input.substeps);
-                let time = (steps, self.model.scheme.step);
-                heat.pass(state, &mut self.heat_factors, time);
-            }
+        if in_steps {
+            committed.heat.clone_from(&self.run.heat);
+        } else if let Some(heat) = &self.model.heat {
+            let lost = self.run.fields.dissipated.plastic.iter();
+            committed.heat.yields(heat, lost.copied());
+            let steps = committed.steps + u64::from(input.substeps);
+            heat.pass(&mut committed.heat, (steps, self.model.scheme.step));
         }
         if let (Some(wheel), Some(run)) = (&mut committed.wheel, &self.run.wheel) {
             committed.state.resume(&self.run.fields.state);
@@ -124,12 +115,12 @@ impl Node for FemNode {
         } else {
             self.run.accept(&mut committed.state, &self.reported_rows);
         }
-        if let Some(heat) = committed.heat.as_mut().filter(|_| !in_steps) {
-            self.model.warm(heat, &mut committed.state);
+        if !in_steps {
+            self.model.warm(&mut committed.heat, &mut committed.state);
         }
         self.gathered.take();
         committed.steps += u64::from(input.substeps);
-        Ok(self.report(&input))
+        Ok(reported(self.signals(&input), self.terms()))
     }
 
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
@@ -139,12 +130,11 @@ impl Node for FemNode {
     }
 
     fn take_heat(&mut self, _window: &Window, heat: &[f64]) -> Result<Vec<f64>, NodeError> {
-        let both = self.model.heat.as_ref().zip(self.committed.heat.as_mut());
-        let (of, state) = both.ok_or(FemError::NoHeat)?;
-        let time = (self.committed.steps, self.model.scheme.step);
-        let nodes = (&*self.interface.exchanged, heat);
-        let answer = of.exchange(state, nodes, &mut self.heat_factors, time);
-        self.model.warm(state, &mut self.committed.state);
+        let (of, committed) = (self.model.heat.as_ref(), &mut self.committed);
+        let time = (committed.steps, self.model.scheme.step);
+        let (of, nodes) = (of.ok_or(FemError::NoHeat)?, &*self.interface.exchanged);
+        let answer = of.exchange(&mut committed.heat, (nodes, heat), time);
+        self.model.warm(&mut committed.heat, &mut committed.state);
         Ok(answer)
     }
 

@@ -2,7 +2,6 @@
 
 use std::cell::OnceCell;
 
-use fem_kernel::heat::ColumnFactors;
 use fem_kernel::integrate::integrator::Integrator;
 use fem_kernel::integrate::state::NodalState;
 use fem_kernel::statics::history::equilibrium;
@@ -37,8 +36,6 @@ pub struct FemNode {
     pub(crate) interface: Interface,
     pub(super) committed: Committed,
     pub(crate) run: WindowRun,
-    /// Factors of the steps of heat between windows.
-    pub(super) heat_factors: ColumnFactors,
     /// Index and input of the last window, until it is committed.
     pub(super) pending: Option<(u64, WindowInput)>,
     /// Rows of nodes whose motion each report needs.
@@ -63,11 +60,10 @@ impl FemNode {
         mut state: NodalState,
         setting: &Setting,
     ) -> Result<FemNode, FemError> {
-        let mut heat = model.heat.as_ref().map(BodyHeat::at_start);
-        if let Some(heat) = &mut heat {
-            model.warm(heat, &mut state);
-            heat.yielding = 0.0;
-        }
+        let heat = model.heat.as_ref().map(BodyHeat::at_start);
+        let mut heat = heat.unwrap_or_default();
+        model.warm(&mut heat, &mut state);
+        heat.yielding = 0.0;
         let threads = setting.threads.max(1);
         Ok(FemNode {
             snapshots: Snapshots::new(setting),
@@ -81,7 +77,6 @@ impl FemNode {
                 heat,
                 ..Committed::default()
             },
-            heat_factors: ColumnFactors::default(),
             pending: None,
             reported_rows: probe::reported_rows(&model),
             gathered: OnceCell::new(),

@@ -7,7 +7,7 @@ use protocol::{Capabilities, Description, Node, NodeError, Outcome, Surface, Win
 
 use super::checkpoint::foreign;
 use super::reduced_node::{ReducedCommitted, ReducedNode};
-use super::report::described;
+use super::report::{described, reported};
 use crate::error::FemError;
 
 impl Node for ReducedNode {
@@ -22,7 +22,7 @@ impl Node for ReducedNode {
                 heat: self.model.heat.is_some(),
                 ..Capabilities::default()
             },
-            late_far_field: self.has_far_field(),
+            late_far_field: !(self.near.0).is_some_and(|reach| reach >= self.model.size),
             ..described(&self.model, self.signals(), self.terms())
         }
     }
@@ -52,7 +52,7 @@ impl Node for ReducedNode {
             return Err(FemError::Dictated { window, count }.into());
         }
         self.try_commit(window)?;
-        Ok(self.report())
+        Ok(reported(self.signals(), self.terms()))
     }
 
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {
@@ -62,11 +62,10 @@ impl Node for ReducedNode {
     }
 
     fn take_heat(&mut self, _window: &Window, heat: &[f64]) -> Result<Vec<f64>, NodeError> {
-        let both = self.model.heat.as_ref().zip(self.committed.heat.as_mut());
-        let (of, state) = both.ok_or(FemError::NoHeat)?;
+        let of = self.model.heat.as_ref().ok_or(FemError::NoHeat)?;
         let time = (self.committed.steps, self.model.scheme.step);
         let nodes = (&*self.interface.exchanged, heat);
-        Ok(of.exchange(state, nodes, &mut self.heat_factors, time))
+        Ok(of.exchange(&mut self.committed.heat, nodes, time))
     }
 
     fn checkpoint(&mut self) -> Result<Vec<u8>, NodeError> {
@@ -99,8 +98,8 @@ impl Node for ReducedNode {
     fn finish(&mut self) -> Result<Outcome, NodeError> {
         let (last, state_hash) = (self.recovered()?, self.state_hash());
         let time = (self.committed.steps, self.model.scheme.step);
-        if let (Some(heat), Some(state)) = (&self.model.heat, &mut self.committed.heat) {
-            heat.end(state, &mut self.heat_factors, time);
+        if let Some(heat) = &self.model.heat {
+            heat.end(&mut self.committed.heat, time);
         }
         let windows = self.committed.mode_windows as f64;
         Ok(Outcome {

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use fem_kernel::heat::ColumnFactors;
 use fem_kernel::integrate::state::NodalState;
 use fem_kernel::mesh::Edge;
 use fem_kernel::pack::largest;
@@ -16,12 +15,12 @@ use protocol::{Setting, Window};
 use serde::{Deserialize, Serialize};
 
 use super::reduced_kept::KeptParts;
-use super::windows::FORCE;
+use super::windows::{FORCE, diverged, gained};
 use crate::config::keys::FemConfig;
 use crate::config::reduced::{NearReach, ReducedConfig};
 use crate::error::FemError;
 use crate::interface::Interface;
-use crate::interface::window::EXCESS;
+use crate::interface::window::{EXCESS, EnergyExcess};
 use crate::model::Model;
 use crate::model::heat::{BodyHeat, HeatState};
 use crate::output::probe::PressureMaxima;
@@ -38,7 +37,7 @@ pub struct ReducedNode {
     pub(super) snapshots: Snapshots,
     pub(super) body: ReducedBody,
     pub(super) kept: KeptParts,
-    near: NearReach,
+    pub(super) near: NearReach,
     pub(super) interface: Interface,
     /// Components that reports read, beside the exchanged ones.
     reported: Vec<usize>,
@@ -51,9 +50,8 @@ pub struct ReducedNode {
     /// C_far of the committed force in windows of this number of steps.
     pub(super) far: Option<(u32, Vec<f64>)>,
     pub(super) committed: ReducedCommitted,
-    pub(super) heat_factors: ColumnFactors,
     /// Last window advanced: index, number of steps, force and displacements.
-    pub(super) pending: Option<(u64, u32, [Vec<f64>; 2])>,
+    pub(super) pending: Option<(u64, (u32, [Vec<f64>; 2]))>,
     /// True after a window with more kinetic energy than the loads gave.
     pub(super) suspected: bool,
     /// The committed state in the reported components only.
@@ -76,7 +74,7 @@ pub(super) struct ReducedCommitted {
     /// Largest pressures at the snapshot of the hold.
     pub(super) hold_maxima: Option<PressureMaxima>,
     /// Temperatures, where the body has them.
-    pub(super) heat: Option<HeatState>,
+    pub(super) heat: HeatState,
     /// Largest strain at the ends of the phases so far.
     pub(super) strain_max: f64,
 }
@@ -92,10 +90,8 @@ impl ReducedNode {
         let count = reduced.modes.map(|count| ModeChoice::Count(count as usize));
         let choice = count.or(reduced.omega_max_per_s.map(ModeChoice::UpTo));
         let choice = choice.expect("the configuration has been checked");
-        let (mut body, mut kept) = (
-            ReducedBody::default(),
-            KeptParts::new(&model, choice, setting),
-        );
+        let mut body = ReducedBody::default();
+        let mut kept = KeptParts::new(&model, choice, setting);
         let modes = || body.lowest(&model.static_problem(), choice);
         body.modes = kept.value("modes", "", modes)?;
         refuse_if(
@@ -107,6 +103,7 @@ impl ReducedNode {
             ),
             "raise it, or give modes = 50",
         )?;
+        let heat = model.heat.as_ref().map(BodyHeat::at_start);
         Ok(ReducedNode {
             snapshots: Snapshots::new(setting),
             body,
@@ -119,20 +116,14 @@ impl ReducedNode {
             free: None,
             far: None,
             committed: ReducedCommitted {
-                heat: model.heat.as_ref().map(BodyHeat::at_start),
+                heat: heat.unwrap_or_default(),
                 ..ReducedCommitted::default()
             },
-            heat_factors: ColumnFactors::default(),
             pending: None,
             suspected: false,
             seen: NodalState::at_rest(&model.body),
             model,
         })
-    }
-
-    /// True where points may be further apart than the near field reaches.
-    pub(super) fn has_far_field(&self) -> bool {
-        !matches!(self.near, NearReach::Metres(reach) if reach >= self.model.size)
     }
 
     /// Forgets everything that belongs to another selection.
@@ -207,10 +198,10 @@ impl ReducedNode {
         };
         let spacing = (1..points.len()).map(|i| distance(2 * i, 2 * i - 2));
         let least = spacing.fold(f64::INFINITY, f64::min).min(model.size);
-        let choice = match (from, self.near) {
+        let choice = match (from, self.near.0) {
             (Some(from), _) => NearChoice::From(from.max(least)),
-            (None, NearReach::Auto) => NearChoice::From(SPACINGS_MIN * least),
-            (None, NearReach::Metres(reach)) => NearChoice::Exactly(reach),
+            (None, None) => NearChoice::From(SPACINGS_MIN * least),
+            (None, Some(reach)) => NearChoice::Exactly(reach),
         };
         let (scheme, exchanged) = (model.scheme, &interface.components);
         let recipe =
@@ -232,15 +223,11 @@ impl ReducedNode {
         let (model, committed) = (&self.model, &mut self.committed);
         let (surface, of_window) = (self.surface.as_ref(), &self.windows[&window.substeps]);
         let surface = surface.expect("it was prepared");
-        if self
-            .free
-            .as_ref()
-            .is_none_or(|(n, _)| *n != window.substeps)
-        {
+        let known = self.free.as_ref().map(|(substeps, _)| *substeps);
+        if known != Some(window.substeps) {
             let (start, h) = (committed.steps, model.scheme.step);
             let factor = |load: usize, k: u32| {
-                let history = &model.tractions[load].history;
-                history.factor((start + u64::from(k)) as f64 * h)
+                model.tractions[load].factor((start + u64::from(k)) as f64 * h)
             };
             let far = self.far.take().filter(|(n, _)| *n == window.substeps);
             let far = far.map(|(_, far)| far);
@@ -253,40 +240,21 @@ impl ReducedNode {
         committed.mode_windows += self.body.modes.omega.len() as u64;
         let far = largest(displacement.iter().map(|u| u.abs()));
         if far.is_nan() || far >= model.size {
-            return Err(self.diverged(window, far));
+            let steps = committed.steps + u64::from(window.substeps);
+            return Err(diverged(model, window, steps, far));
         }
         let before = &committed.state.displacement;
         let increments = displacement.iter().zip(before).map(|(new, old)| new - old);
         let increments = increments.collect();
-        self.pending = Some((
-            window.index,
-            window.substeps,
-            [force.to_vec(), displacement],
-        ));
+        let input = [force.to_vec(), displacement];
+        self.pending = Some((window.index, (window.substeps, input)));
         Ok(increments)
-    }
-
-    fn diverged(&self, window: &Window, displacement_m: f64) -> FemError {
-        let (steps, h) = (self.committed.steps, self.model.scheme.step);
-        FemError::Diverged {
-            window: window.index,
-            iteration: window.iteration,
-            time_s: (steps + u64::from(window.substeps)) as f64 * h,
-            displacement_m,
-            step_s: h,
-            limit_s: self.model.step_limit,
-        }
     }
 
     /// Makes the last window the committed state.
     pub(super) fn try_commit(&mut self, window: &Window) -> Result<(), FemError> {
-        let (substeps, [force, displacement]) = match self.pending.take() {
-            Some((index, substeps, input)) if index == window.index => (substeps, input),
-            other => {
-                let (window, advanced) = (window.index, other.map(|(index, ..)| index));
-                return Err(FemError::NotAdvanced { window, advanced });
-            }
-        };
+        let advanced = FemError::advanced(window, self.pending.take())?;
+        let (substeps, [force, displacement]) = advanced;
         let (surface, free) = (self.surface.as_ref(), self.free.take());
         let (surface, (_, free)) = surface.zip(free).expect("the window was advanced");
         let committed = &mut self.committed;
@@ -296,9 +264,9 @@ impl ReducedNode {
         committed.ledger.add(&end.energies);
         let before = committed.steps;
         (committed.state, committed.steps) = (end.state, before + u64::from(substeps));
-        if let (Some(heat), Some(state)) = (&self.model.heat, &mut committed.heat) {
+        if let Some(heat) = &self.model.heat {
             let time = (committed.steps, self.model.scheme.step);
-            heat.pass(state, &mut self.heat_factors, time);
+            heat.pass(&mut committed.heat, time);
         }
         self.far = Some((substeps, end.far));
         self.see(&end.beside);
@@ -316,16 +284,12 @@ impl ReducedNode {
         if !before && ledger.kinetic.is_finite() {
             return Ok(());
         }
-        Err(FemError::EnergyExcess {
-            window: window.index,
-            iteration: window.iteration,
+        let found = EnergyExcess {
             step: steps,
-            time_s: steps as f64 * self.model.scheme.step,
-            kinetic_j: ledger.kinetic,
-            supplied_j: ledger.supplied,
-            step_s: self.model.scheme.step,
-            limit_s: self.model.step_limit,
-        })
+            kinetic: ledger.kinetic,
+            supplied: ledger.supplied,
+        };
+        Err(gained(&self.model, window, found))
     }
 
     /// Enters the displacements of the surface, those beside the exchanged ones given, and the velocities of probes.
@@ -352,7 +316,7 @@ impl ReducedNode {
         let mut force = vec![0.0; self.model.body.layout.len()];
         let t = committed.steps as f64 * self.model.scheme.step;
         for load in &self.model.tractions {
-            let factor = load.history.factor(t);
+            let factor = load.factor(t);
             load.forces
                 .iter()
                 .for_each(|(c, f)| force[*c] += factor * f);
@@ -361,8 +325,8 @@ impl ReducedNode {
         exchanged
             .zip(&committed.state.force)
             .for_each(|(c, f)| force[*c] += f);
-        let (problem, modes) = (self.model.static_problem(), committed.state.mode_states());
-        let [u, v] = self.body.recovered(&problem, &modes, &force)?;
+        let (problem, modes) = (self.model.static_problem(), &committed.state.modes);
+        let [u, v] = self.body.recovered(&problem, modes, &force)?;
         let mut state = NodalState::at_rest(&self.model.body);
         state.u.copy_from_slice(&u);
         state.v.copy_from_slice(&v);
@@ -380,12 +344,10 @@ impl ReducedNode {
 fn reported_components(model: &Model) -> Vec<usize> {
     let layout = model.body.layout;
     let probes = model.probes.iter().flat_map(|probe| probe.at());
-    let probes = probes.flat_map(|node| [0, 1].map(|k| layout.index(node, k)));
+    let probes = probes.flat_map(|node| layout.components(node));
     let edge = model.mesh.edge(Edge::Top).into_iter();
-    let mut all: Vec<usize> = edge
-        .map(|node| layout.index(node, 1))
-        .chain(probes)
-        .collect();
+    let edge = edge.map(|node| layout.index(node, 1));
+    let mut all: Vec<usize> = edge.chain(probes).collect();
     all.sort_unstable();
     all.dedup();
     all

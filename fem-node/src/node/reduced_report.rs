@@ -8,9 +8,8 @@ use kit::wheel::HOLD;
 use protocol::Finding;
 
 use super::reduced_node::ReducedNode;
-use super::report::refuse_name;
+use super::report::{hash_of, refuse_name};
 use crate::error::FemError;
-use crate::model::heat::HeatState;
 use crate::output::ledger::NamedTerm;
 use crate::output::plausible;
 use crate::output::probe;
@@ -38,31 +37,14 @@ kit::findings! {
 }
 
 impl ReducedNode {
-    /// Values of the signals, then the energies.
-    pub(super) fn report(&self) -> Vec<f64> {
-        let signals = self.signals().into_iter().map(|(_, value)| value);
-        signals
-            .chain(self.terms().map(|(_, _, value)| value))
-            .collect()
-    }
-
     /// Signals by name, in the order of a report.
     pub(super) fn signals(&self) -> Vec<(String, f64)> {
         let (model, seen) = (&self.model, &self.seen);
         let mut signals = probe::surface_signals(model, seen);
-        let points = self.committed.state.force.chunks_exact(2);
-        let [x, y] = points.fold([0.0; 2], |sum, point| {
-            [sum[0] + point[0], sum[1] + point[1]]
-        });
-        signals.extend([
-            ("interface_force_x_n".into(), x),
-            ("interface_force_y_n".into(), y),
-        ]);
-        let heat = model.heat.as_ref().zip(self.committed.heat.as_ref());
-        signals.extend(
-            heat.into_iter()
-                .flat_map(|(heat, state)| heat.signals(state)),
-        );
+        let force = self.committed.state.force.iter().copied();
+        signals.extend(probe::interface_force(force));
+        let heat = model.heat.iter();
+        signals.extend(heat.flat_map(|heat| heat.signals(&self.committed.heat)));
         let layout = model.body.layout;
         let probes = model.probes.iter();
         signals.extend(probes.flat_map(|probe| probe.signals(layout, seen, true)));
@@ -103,11 +85,8 @@ impl ReducedNode {
             add("near_m", window.field.reach);
             add("near_radius", window.field.radius);
         }
-        let heat = self.model.heat.as_ref().zip(self.committed.heat.as_ref());
-        results.extend(
-            heat.into_iter()
-                .flat_map(|(heat, state)| heat.results(state, [0.0; 2])),
-        );
+        let heat = self.model.heat.iter();
+        results.extend(heat.flat_map(|heat| heat.results(&self.committed.heat, [0.0; 2])));
         results
     }
 
@@ -125,22 +104,18 @@ impl ReducedNode {
             plausible::locking(model, last, moved),
             far,
         ];
-        let heat = plausible::heat(model, committed.heat.as_ref(), [0.0; 2]);
+        let heat = plausible::heat(model, &committed.heat, [0.0; 2]);
         found.into_iter().flatten().chain(heat).collect()
     }
 
     /// blake3 of every number that can change a later bit.
     pub(super) fn state_hash(&self) -> String {
         let (state, ledger) = (&self.committed.state, &self.committed.ledger);
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(&self.committed.steps.to_le_bytes());
         let energies = ledger.terms().map(|(.., value)| value);
-        let heat = self.committed.heat.iter().flat_map(HeatState::numbers);
+        let heat = self.model.heat.iter();
+        let heat = heat.flat_map(|_| self.committed.heat.numbers());
         let numbers = state.numbers().chain(energies).chain(heat.copied());
-        numbers.for_each(|number| {
-            hasher.update(&number.to_le_bytes());
-        });
-        hasher.finalize().to_hex().to_string()
+        hash_of(&self.committed.steps.to_le_bytes(), numbers)
     }
 
     /// Writes the fields of the committed state; a snapshot of the hold also records its pressures.
@@ -152,9 +127,7 @@ impl ReducedNode {
         if name == HOLD {
             committed.hold_maxima = Some(probe::pressure_maxima(model, &state));
         }
-        let temperatures = committed.heat.as_ref();
-        let temperatures = temperatures.map(|heat| model.temperatures(heat));
-        let surface = (&[][..], None, temperatures.as_deref());
+        let surface = (&[][..], None, &committed.heat);
         self.snapshots.write(name, model, &state, surface)
     }
 }

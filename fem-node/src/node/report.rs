@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 
 use fem_kernel::integrate::tally::kinetic_energy;
+use kit::cycle_drift::CYCLE_DRIFT;
+use kit::table::last_change;
 use kit::wheel::{HOLD, phases};
 use protocol::{Description, Finding, Phase, Term};
 
@@ -10,7 +12,6 @@ use super::fem_node::FemNode;
 use crate::error::FemError;
 use crate::interface::window::extent::WindowInput;
 use crate::interface::{coupling_sets, outward_normals, periods};
-use crate::model::heat::HeatState;
 use crate::model::rolling::Roll;
 use crate::model::{Model, limit_name};
 use crate::output::ledger::NamedTerm;
@@ -35,27 +36,13 @@ kit::results! {
 const NOISE: f64 = 1e-6;
 
 impl FemNode {
-    /// Values of the signals, then the energies.
-    pub(super) fn report(&self, input: &WindowInput) -> Vec<f64> {
-        let signals = self.signals(input).into_iter().map(|(_, value)| value);
-        signals
-            .chain(self.terms().map(|(_, _, value)| value))
-            .collect()
-    }
-
     /// Signals by name, in the order of a report.
     pub(super) fn signals(&self, input: &WindowInput) -> Vec<(String, f64)> {
         let (model, committed) = (&self.model, &self.committed);
         let (layout, state) = (model.body.layout, &committed.state);
         let mut signals = probe::surface_signals(model, state);
-        let force = input.interface.chunks_exact(2);
-        let [x, y] = force.fold([0.0, 0.0], |sum, point| {
-            [sum[0] + point[0].1, sum[1] + point[1].1]
-        });
-        signals.extend([
-            ("interface_force_x_n".into(), x),
-            ("interface_force_y_n".into(), y),
-        ]);
+        let force = input.interface.iter().map(|(_, force)| *force);
+        signals.extend(probe::interface_force(force));
         if let Some((wheel, state)) = model.wheel.as_ref().zip(committed.wheel.as_ref()) {
             signals.extend(state.signals(wheel));
         }
@@ -66,11 +53,8 @@ impl FemNode {
         let motions = model.motions.iter();
         signals.extend(motions.flat_map(|motion| motion.displacements(layout, t)));
         signals.extend(probe::momentum(model, state));
-        let heat = model.heat.as_ref().zip(committed.heat.as_ref());
-        signals.extend(
-            heat.into_iter()
-                .flat_map(|(heat, state)| heat.signals(state)),
-        );
+        let heat = model.heat.iter();
+        signals.extend(heat.flat_map(|heat| heat.signals(&committed.heat)));
         signals
     }
 
@@ -131,23 +115,20 @@ impl FemNode {
         let state = &self.committed.state;
         results.extend(probe::outward_displacements(&self.model, state));
         results.extend(self.reactions());
-        let heat = self.model.heat.as_ref().zip(self.committed.heat.as_ref());
-        results.extend(
-            heat.into_iter()
-                .flat_map(|(heat, state)| heat.results(state, self.heating())),
-        );
+        let heat = self.model.heat.iter();
+        results.extend(heat.flat_map(|heat| heat.results(&self.committed.heat, self.heating())));
         results
     }
 
     /// Lets the heat of the last steps pass: the slip and the time since the last step of heat.
     pub(super) fn end_heat(&mut self) {
         let (model, committed) = (&self.model, &mut self.committed);
-        if let Some((heat, state)) = model.heat.as_ref().zip(committed.heat.as_mut()) {
+        if let Some(heat) = &model.heat {
             if let Some(wheel) = &committed.wheel {
-                state.rub(heat, wheel.rubbed());
+                committed.heat.rub(heat, wheel.rubbed());
             }
             let time = (committed.steps, model.scheme.step);
-            heat.end(state, &mut self.heat_factors, time);
+            heat.end(&mut committed.heat, time);
         }
     }
 
@@ -172,32 +153,25 @@ impl FemNode {
             let load = wheel.program.load_n;
             let range = state.statistics.held_range();
             findings.push(range.and_then(|range| plausible::wheel_at_rest(model, load, range)));
-            let drift = state.statistics.drift;
-            findings.push(drift.judge(
-                &wheel.program,
-                model.plausible.of(&kit::cycle_drift::CYCLE_DRIFT),
-            ));
+            let bounds = model.plausible.of(&CYCLE_DRIFT);
+            findings.push(state.statistics.drift.judge(&wheel.program, bounds));
             let last = ContactProfile::in_motion(model, &state.contacts);
             let held = committed.hold_record.as_ref().map(|record| &record.profile);
             let sampled = held.unwrap_or(&last);
             findings.push(plausible::contact_resolution(model, sampled));
-            findings.push(plausible::contact_reach(
-                model,
-                [sampled, &last].into_iter(),
-            ));
+            let both = [sampled, &last].into_iter();
+            findings.push(plausible::contact_reach(model, both));
             let rolling = wheel.program.rolling.as_ref();
             let creepage = rolling.map(|_| state.rolled.signals()[0].1);
             let sliding = (creepage, wheel.program.amplitude_m);
             findings.push(plausible::wheel_points(model, &last, sliding));
         }
-        let heat = plausible::heat(model, committed.heat.as_ref(), self.heating());
+        let heat = plausible::heat(model, &committed.heat, self.heating());
         findings.into_iter().flatten().chain(heat).collect()
     }
 
     /// blake3 of every number that can change a later bit: displacements, velocities, histories, energies, time.
     pub(crate) fn state_hash(&self) -> String {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(&self.committed.steps.to_le_bytes());
         // All terms except stiffness damping that the body does not have.
         let damped = self.model.scheme.stiffness_damping > 0.0;
         let terms = self.committed.ledger.terms().into_iter();
@@ -211,11 +185,10 @@ impl FemNode {
             fields.extend([&wheel[..], &state.a]);
         }
         fields.extend(state.thermal.iter().map(|thermal| &thermal[..]));
-        let heat = self.committed.heat.iter().flat_map(HeatState::numbers);
-        for value in fields.into_iter().flatten().chain(heat) {
-            hasher.update(&value.to_le_bytes());
-        }
-        hasher.finalize().to_hex().to_string()
+        let heat = self.model.heat.iter();
+        let heat = heat.flat_map(|_| self.committed.heat.numbers());
+        let numbers = fields.into_iter().flatten().chain(heat).copied();
+        hash_of(&self.committed.steps.to_le_bytes(), numbers)
     }
 
     /// Writes the fields and the contact profile of the committed state; a snapshot of the hold also records its pressures.
@@ -236,12 +209,29 @@ impl FemNode {
                 _ => ContactProfile::in_motion(&self.model, contacts),
             });
         }
-        let temperatures = committed.heat.as_ref();
-        let temperatures = temperatures.map(|heat| self.model.temperatures(heat));
-        let surface = (contacts, profile.as_ref(), temperatures.as_deref());
+        let surface = (contacts, profile.as_ref(), &committed.heat);
         self.snapshots
             .write(name, &self.model, &committed.state, surface)
     }
+}
+
+/// Values of the signals, then the energies.
+pub(super) fn reported(
+    signals: Vec<(String, f64)>,
+    terms: impl Iterator<Item = NamedTerm>,
+) -> Vec<f64> {
+    let signals = signals.into_iter().map(|(_, value)| value);
+    signals.chain(terms.map(|(.., value)| value)).collect()
+}
+
+/// blake3 of some bytes and numbers, in hexadecimal.
+pub(super) fn hash_of(first: &[u8], numbers: impl Iterator<Item = f64>) -> String {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(first);
+    for number in numbers {
+        hasher.update(&number.to_le_bytes());
+    }
+    hasher.finalize().to_hex().to_string()
 }
 
 /// A body in motion with these signals and energies, without its capabilities.
@@ -280,7 +270,7 @@ fn phases_of(model: &Model) -> Vec<Phase> {
         return wheel.program.phases();
     }
     let (loads, motions) = (model.tractions.iter(), model.motions.iter());
-    let loads = loads.map(|traction| traction.history.settled_at());
+    let loads = loads.map(|traction| last_change(Some(&traction.factors)).unwrap_or(0.0));
     let ramps = loads.chain(motions.clone().map(|motion| motion.history.settled_at()));
     let Some((ramp, end)) = ramps.reduce(f64::max).zip(model.end) else {
         return Vec::new();

@@ -19,11 +19,12 @@ use protocol::{
 use serde::{Deserialize, Serialize};
 
 use super::checkpoint::foreign;
+use super::report::hash_of;
 use crate::config::keys::FemConfig;
 use crate::error::FemError;
 use crate::interface::coupling_sets;
 use crate::model::Model;
-use crate::model::heat::{HeatRun, HeatState};
+use crate::model::heat::{BodyHeat, HeatState};
 use crate::model::rolling::Roll;
 use crate::output::plausible;
 use crate::output::probe;
@@ -53,7 +54,7 @@ pub struct StaticNode {
     pub held: Option<StaticState>,
     cycles: CycleRecord,
     rolled: RollingRecord,
-    heat: HeatRun,
+    heat: HeatState,
     /// Time of an increment of the motion (s).
     increment_s: f64,
 }
@@ -106,13 +107,10 @@ impl StaticNode {
         let rolled_in = rolling.as_ref().map(RollingIncrements::increment_s);
         let increment_s =
             rolled_in.unwrap_or(1.0 / (frequency * f64::from(config.statics.per_cycle())));
-        let mut heat_run = HeatRun::default();
-        if let Some(heat) = &model.heat {
-            heat.check_step(increment_s)?;
-            heat_run.restore(&heat.at_start());
-        }
+        let of_body = model.heat.as_ref();
+        of_body.map_or(Ok(()), |heat| heat.check_step(increment_s))?;
         Ok(StaticNode {
-            heat: heat_run,
+            heat: of_body.map(BodyHeat::at_start).unwrap_or_default(),
             increment_s,
             statics: Statics::new(&model.static_problem(), loads)?,
             snapshots: Snapshots::new(setting),
@@ -181,11 +179,8 @@ impl StaticNode {
         else {
             return Ok(());
         };
-        let (rolling, rolled, share) = (
-            &increments.rolling,
-            increments.at(step),
-            increments.share(step),
-        );
+        let rolling = &increments.rolling;
+        let (rolled, share) = (increments.at(step), increments.share(step));
         self.statics.roll_to(&problem, rolling, rolled, share)?;
         let way = rolled - increments.at(step - 1);
         if let Some(after) = self.statics.contact().filter(|_| way > 0.0) {
@@ -245,7 +240,7 @@ impl StaticNode {
             }
         }
         let heat = model.heat.iter();
-        signals.extend(heat.flat_map(|heat| heat.signals(&self.heat.state)));
+        signals.extend(heat.flat_map(|heat| heat.signals(&self.heat)));
         let probes = model.probes.iter();
         signals.extend(probes.flat_map(|probe| probe.signals(model.body.layout, state, false)));
         signals
@@ -262,9 +257,7 @@ impl StaticNode {
         let contact = state.contact.as_ref();
         let contacts = contact.map_or(Vec::new(), |contact| contact.node_contacts());
         let profile = contact.map(|contact| ContactProfile::new(&self.model, contact));
-        let has_heat = self.model.heat.is_some();
-        let temperatures = has_heat.then(|| self.model.temperatures(&self.heat.state));
-        let surface = (&*contacts, profile.as_ref(), temperatures.as_deref());
+        let surface = (&*contacts, profile.as_ref(), &self.heat);
         self.snapshots
             .write(name, &self.model, &state.state, surface)
     }
@@ -291,7 +284,7 @@ impl StaticNode {
             }),
         ];
         let lost = states[1].contact.as_ref().map_or(0.0, WheelContact::lost);
-        let heat = plausible::heat(model, Some(&self.heat.state), [lost, 0.0]);
+        let heat = plausible::heat(model, &self.heat, [lost, 0.0]);
         found.into_iter().flatten().chain(heat).collect()
     }
 
@@ -319,7 +312,7 @@ impl StaticNode {
         results.extend(probe::outward_displacements(&self.model, &held.state));
         let lost = last.contact.as_ref().map_or(0.0, WheelContact::lost);
         let heat = self.model.heat.iter();
-        results.extend(heat.flat_map(|heat| heat.results(&self.heat.state, [lost, 0.0])));
+        results.extend(heat.flat_map(|heat| heat.results(&self.heat, [lost, 0.0])));
         results
     }
 }
@@ -459,7 +452,7 @@ impl Node for StaticNode {
             held: self.held.clone(),
             cycles: self.cycles.clone(),
             rolled: self.rolled.clone(),
-            heat: self.heat.state.clone(),
+            heat: self.heat.clone(),
         };
         let bytes = pack(&history)?;
         let hash = blake3::hash(&bytes).to_hex().to_string();
@@ -480,8 +473,7 @@ impl Node for StaticNode {
             return foreign("the nodes of its upper edge differ");
         }
         (self.held, self.cycles) = (history.held, history.cycles);
-        self.rolled = history.rolled;
-        self.heat.restore(&history.heat);
+        (self.rolled, self.heat) = (history.rolled, history.heat);
         Ok(())
     }
 
@@ -491,13 +483,11 @@ impl Node for StaticNode {
 
     fn finish(&mut self) -> Result<Outcome, NodeError> {
         let last = self.statics.state(&self.model.static_problem());
-        let mut hasher = blake3::Hasher::new();
         let contact = last.contact.iter();
         let forces = contact.flat_map(|c| c.normal.iter().chain(&c.tangential));
-        let heat = self.heat.state.numbers();
-        for value in last.state.u.iter().chain(forces).chain(heat) {
-            hasher.update(&value.to_le_bytes());
-        }
+        let heat = self.heat.numbers();
+        let numbers = last.state.u.iter().chain(forces).chain(heat).copied();
+        let state_hash = hash_of(&[], numbers);
         let held = self.held.as_ref().unwrap_or(&last);
         let results = self.results([held, &last]);
         if let Some(increments) = &self.rolling {
@@ -511,7 +501,7 @@ impl Node for StaticNode {
             steps: self.done(),
             work: BTreeMap::from([("load_increments".into(), self.done() as f64)]),
             results,
-            state_hash: hasher.finalize().to_hex().to_string(),
+            state_hash,
             findings,
             ..Outcome::default()
         })

@@ -1,7 +1,6 @@
 //! Windows and condensed matrices that a coupler asks for.
 
 use fem_kernel::element::body::Body;
-use fem_kernel::interface::compliance::{compliance, impedance};
 use fem_kernel::material::nonlinear::NonlinearLaw;
 use fem_kernel::pack::largest;
 use fem_kernel::scheme::NewmarkScheme;
@@ -9,7 +8,9 @@ use protocol::Window;
 
 use super::fem_node::FemNode;
 use crate::error::FemError;
+use crate::interface::window::EnergyExcess;
 use crate::interface::window::extent::WindowInput;
+use crate::model::Model;
 
 /// Displacement of a body that turns, over its larger extent: twice the diagonal of a square.
 const MOST_TURNED: f64 = 3.0;
@@ -72,16 +73,7 @@ impl FemNode {
     fn check_divergence(&self, window: &Window) -> Result<(), FemError> {
         let far = self.farthest();
         if let Some(found) = self.run.excess {
-            return Err(FemError::EnergyExcess {
-                window: window.index,
-                iteration: window.iteration,
-                step: found.step,
-                time_s: found.step as f64 * self.model.scheme.step,
-                kinetic_j: found.kinetic,
-                supplied_j: found.supplied,
-                step_s: self.model.scheme.step,
-                limit_s: self.model.step_limit,
-            });
+            return Err(gained(&self.model, window, found));
         }
         let turns = self.model.law == Some(NonlinearLaw::Corotational);
         let most = if turns { MOST_TURNED } else { 1.0 };
@@ -89,14 +81,7 @@ impl FemNode {
             return Ok(());
         }
         let steps = self.committed.steps + u64::from(window.substeps);
-        Err(FemError::Diverged {
-            window: window.index,
-            iteration: window.iteration,
-            time_s: steps as f64 * self.model.scheme.step,
-            displacement_m: far,
-            step_s: self.model.scheme.step,
-            limit_s: self.model.step_limit,
-        })
+        Err(diverged(&self.model, window, steps, far))
     }
 
     /// The largest displacement (m). A body may fly or be carried without limit: beyond its own size, the displacement of its first node is
@@ -115,7 +100,8 @@ impl FemNode {
     /// Condensed matrix of a window of `substeps` over the exchanged components; computed once.
     pub(super) fn condensed(
         &mut self,
-        CondensedMatrix { what, compute }: CondensedMatrix,
+        what: &'static str,
+        compute: fn(&Body, NewmarkScheme, &[usize], u32) -> Vec<f64>,
         substeps: u32,
     ) -> Result<Vec<f64>, FemError> {
         if substeps == 0 {
@@ -141,24 +127,36 @@ impl FemNode {
     }
 }
 
-/// Matrix that is condensed onto the exchanged components, and how it is computed.
-#[derive(Clone, Copy)]
-pub(super) struct CondensedMatrix {
-    what: &'static str,
-    compute: fn(&Body, NewmarkScheme, &[usize], u32) -> Vec<f64>,
+/// The error of a displacement (m) beyond the size of the body after this number of steps.
+pub(super) fn diverged(
+    model: &Model,
+    window: &Window,
+    steps: u64,
+    displacement_m: f64,
+) -> FemError {
+    FemError::Diverged {
+        window: window.index,
+        iteration: window.iteration,
+        time_s: steps as f64 * model.scheme.step,
+        displacement_m,
+        step_s: model.scheme.step,
+        limit_s: model.step_limit,
+    }
 }
 
-/// C (m/N) of a constant force.
-pub(super) const COMPLIANCE: CondensedMatrix = CondensedMatrix {
-    what: "compliance",
-    compute: compliance,
-};
-
-/// D (kg/s) of a velocity that grows linearly.
-pub(super) const IMPEDANCE: CondensedMatrix = CondensedMatrix {
-    what: "impedance",
-    compute: impedance,
-};
+/// The error of kinetic energy that no force supplied.
+pub(super) fn gained(model: &Model, window: &Window, found: EnergyExcess) -> FemError {
+    FemError::EnergyExcess {
+        window: window.index,
+        iteration: window.iteration,
+        step: found.step,
+        time_s: found.step as f64 * model.scheme.step,
+        kinetic_j: found.kinetic,
+        supplied_j: found.supplied,
+        step_s: model.scheme.step,
+        limit_s: model.step_limit,
+    }
+}
 
 /// Quantity in a request for each exchanged component, and its unit.
 #[derive(Clone, Copy)]

@@ -158,8 +158,8 @@ pub(crate) fn contact_reach<'a>(
 }
 
 /// Heat must be conserved, resolved, and within the range of solids; `lost` are the losses by friction and plastic flow (J).
-pub(crate) fn heat(model: &Model, state: Option<&HeatState>, lost: [f64; 2]) -> Vec<Finding> {
-    let Some((heat, state)) = model.heat.as_ref().zip(state) else {
+pub(crate) fn heat(model: &Model, state: &HeatState, lost: [f64; 2]) -> Vec<Finding> {
+    let Some(heat) = &model.heat else {
         return Vec::new();
     };
     let balance = heat.balance_rel(state, lost);

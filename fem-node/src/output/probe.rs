@@ -53,14 +53,20 @@ pub(crate) fn reported_rows(model: &Model) -> Vec<usize> {
     }
     let surface = mesh.edge(Edge::Top);
     let probes = model.probes.iter().flat_map(|probe| probe.at());
-    let mut rows: Vec<usize> = surface
-        .into_iter()
-        .chain(probes)
-        .map(|[_, row]| row)
-        .collect();
+    let nodes = surface.into_iter().chain(probes);
+    let mut rows: Vec<usize> = nodes.map(|[_, row]| row).collect();
     rows.sort_unstable();
     rows.dedup();
     rows
+}
+
+/// Force on the coupled surfaces (N), by the names of its signals, of components in the order (x0, y0, x1, y1, ...).
+pub(crate) fn interface_force(components: impl Iterator<Item = f64>) -> [(String, f64); 2] {
+    let mut sum = [0.0; 2];
+    for (k, force) in components.enumerate() {
+        sum[k % 2] += force;
+    }
+    [0, 1].map(|k| (format!("interface_force_{}_n", ["x", "y"][k]), sum[k]))
 }
 
 /// Mean (weighted with the lengths of the reference surface) and least vertical displacement of the upper edge (m), by the names of their signals;

@@ -9,18 +9,15 @@ use kit::vtk::{DatasetKind, VtkFile};
 
 use crate::error::FemError;
 use crate::model::Model;
+use crate::model::heat::HeatState;
 use crate::output::probe;
 use crate::output::profile::ContactProfile;
 
 /// Type number of a quadrilateral in VTK.
 const VTK_QUAD: f64 = 9.0;
 
-/// Contacts of the upper edge and their tractions, and the temperatures of all nodes (K), each where there are any.
-pub(crate) type SurfaceFields<'a> = (
-    &'a [NodeContact],
-    Option<&'a ContactProfile>,
-    Option<&'a [f64]>,
-);
+/// Contacts of the upper edge and their tractions, where there are any, and the heat of the body.
+pub(crate) type SurfaceFields<'a> = (&'a [NodeContact], Option<&'a ContactProfile>, &'a HeatState);
 
 /// Writes displacement, velocity, stresses at the centroids and, of a plastic body, the plastic strain there (mean of the points
 /// of the element), temperatures, and the contacts of the upper edge, if it has any. Points are positions in the undeformed body.
@@ -28,7 +25,7 @@ pub(crate) fn write(
     path: &Path,
     model: &Model,
     state: &NodalState,
-    (contacts, profile, temperatures): SurfaceFields,
+    (contacts, profile, heat): SurfaceFields,
 ) -> Result<(), FemError> {
     let mesh = &model.mesh;
     let sizes = [
@@ -44,9 +41,10 @@ pub(crate) fn write(
     file.section("PointData", |file| {
         point_data(file, model, state);
         contact_data(file, model, contacts, profile);
-        if let Some(all) = temperatures {
-            let each = all.iter().map(|kelvins| [*kelvins]);
-            file.array(DatasetKind::Float64, "temperature_k", each);
+        if let Some(of) = &model.heat {
+            let each = |node| [of.start + of.body.rise(&heat.field, node)];
+            let all = mesh.nodes().map(each);
+            file.array(DatasetKind::Float64, "temperature_k", all);
         }
     });
     file.section("CellData", |file| cell_data(file, model, state));

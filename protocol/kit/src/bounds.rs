@@ -1,13 +1,13 @@
 //! The bounds of a plausibility check.
 
-use protocol::{Cause, Finding};
+use protocol::{Cause, Finding, larger};
 use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::marker::PhantomData;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Deserializer};
 use serde_json::Map;
 
 use crate::finding::{FindingKind, finding_kinds};
@@ -15,8 +15,8 @@ use crate::keys::ConfigError;
 
 /// The two bounds of a check, written `[warn, suspect]` in a scenario: a value above the first gives a warning, a value above
 /// the second makes the run suspect. A huge number switches a bound off.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(from = "[f64; 2]", into = "[f64; 2]")]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(from = "[f64; 2]")]
 pub struct Bounds {
     /// Largest value without a warning.
     pub warn: f64,
@@ -27,12 +27,6 @@ pub struct Bounds {
 impl From<[f64; 2]> for Bounds {
     fn from([warn, suspect]: [f64; 2]) -> Bounds {
         Bounds { warn, suspect }
-    }
-}
-
-impl From<Bounds> for [f64; 2] {
-    fn from(bounds: Bounds) -> [f64; 2] {
-        [bounds.warn, bounds.suspect]
     }
 }
 
@@ -72,6 +66,12 @@ impl Bounds {
             .because(Cause::OutOfRange)
             .help("write [warn, suspect], for instance [0.1, 1.0]; 1e300 switches a bound off"))
     }
+}
+
+/// A range with one value more; NaN from the first NaN on.
+pub fn wider(range: Option<[f64; 2]>, value: f64) -> [f64; 2] {
+    let [low, high] = range.unwrap_or([value; 2]);
+    [-larger(-low, -value), larger(high, value)]
 }
 
 /// [`Bounds::judge`] with a text in the form of `format!`. The bounds are given, `judge!(bounds, KIND, value; "the value is {value}")`, or come

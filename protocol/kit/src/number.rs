@@ -1,14 +1,11 @@
 //! A number, or a word in its place.
 
-use std::borrow::Cow;
-
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserialize, Deserializer, Error, Unexpected};
 use serde_json::Value;
 
-/// The schema of the values that [`number_or_word`] reads.
-pub fn number_or_word_schema(word: &str) -> Schema {
-    json_schema!({ "anyOf": [{ "type": "number" }, { "const": word }] })
+/// 1, for keys that multiply or count when they are absent.
+pub fn one<T: From<u8>>() -> T {
+    1.into()
 }
 
 /// Reads a number, or `None` for this word. By hand, because serde's message for an untagged enum does not say what to
@@ -33,25 +30,36 @@ pub fn number_or_word<'de, D: Deserializer<'de>>(
     Err(D::Error::invalid_type(got, &expected))
 }
 
-/// A component of a prescribed motion, force or traction: a number, or `"free"`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PrescribedComponent(
-    /// The prescribed number; `None` if the equations of motion decide.
-    pub Option<f64>,
-);
+/// A number in whose place a word may stand: `number_or_word! { /// What it is. Name, "word", "what is expected" }`.
+#[macro_export]
+macro_rules! number_or_word {
+    ($(#[$about:meta])+ $name:ident, $word:literal, $expected:literal) => {
+        $(#[$about])+
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub struct $name(
+            /// The number; `None` for the word.
+            pub Option<f64>,
+        );
 
-impl JsonSchema for PrescribedComponent {
-    fn schema_name() -> Cow<'static, str> {
-        "PrescribedComponent".into()
-    }
+        impl schemars::JsonSchema for $name {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($name).into()
+            }
 
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        number_or_word_schema("free")
-    }
+            fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                schemars::json_schema!({ "anyOf": [{ "type": "number" }, { "const": $word }] })
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+                $crate::number::number_or_word(from, $word, $expected).map($name)
+            }
+        }
+    };
 }
 
-impl<'de> Deserialize<'de> for PrescribedComponent {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        number_or_word(deserializer, "free", "a number or \"free\"").map(PrescribedComponent)
-    }
+number_or_word! {
+    /// A component of a prescribed motion, force or traction: a number, or `"free"` if the equations of motion decide.
+    PrescribedComponent, "free", "a number or \"free\""
 }

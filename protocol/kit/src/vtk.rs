@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use protocol::larger;
+use crate::bounds::wider;
 
 /// Type of the numbers of an array, by its name in VTK.
 #[derive(Clone, Copy, Debug)]
@@ -51,7 +51,7 @@ impl VtkFile {
         self.markup += &format!("</{name}>\n");
     }
 
-    /// Adds an array of tuples, with its range.
+    /// Adds an array of tuples, with its range as VTK defines it: of its numbers, or of the lengths of its vectors; NaN if one of them is NaN.
     pub fn array<const N: usize>(
         &mut self,
         kind: DatasetKind,
@@ -60,19 +60,25 @@ impl VtkFile {
     ) {
         let offset = self.appended.len();
         self.appended.extend([0; 8]);
-        let mut range = Range::default();
+        let mut range = None;
         for tuple in tuples {
-            range.add(&tuple);
+            let size = match tuple[..] {
+                [value] => value,
+                _ => tuple.iter().map(|x| x * x).sum::<f64>().sqrt(),
+            };
+            range = Some(wider(range, size));
             for value in tuple {
                 kind.append(value, &mut self.appended);
             }
         }
         let bytes = (self.appended.len() - offset - 8) as u64;
         self.appended[offset..offset + 8].copy_from_slice(&bytes.to_le_bytes());
+        let range = range.map_or(String::new(), |[least, largest]| {
+            format!(" RangeMin=\"{least:e}\" RangeMax=\"{largest:e}\"")
+        });
         let _ = writeln!(
             self.markup,
-            "<DataArray type=\"{kind:?}\" Name=\"{name}\" NumberOfComponents=\"{N}\" format=\"appended\" offset=\"{offset}\"{}/>",
-            range.attributes()
+            "<DataArray type=\"{kind:?}\" Name=\"{name}\" NumberOfComponents=\"{N}\" format=\"appended\" offset=\"{offset}\"{range}/>"
         );
     }
 
@@ -102,29 +108,5 @@ impl DatasetKind {
             DatasetKind::Int8 => bytes.extend_from_slice(&(value as i8).to_le_bytes()),
             DatasetKind::UInt8 => bytes.push(value as u8),
         }
-    }
-}
-
-/// Range of an array as VTK defines it: of its numbers, or of the lengths of its vectors; NaN if one of them is NaN.
-#[derive(Default)]
-struct Range {
-    least_and_largest: Option<[f64; 2]>,
-}
-
-impl Range {
-    fn add(&mut self, tuple: &[f64]) {
-        let size = match tuple {
-            [value] => *value,
-            _ => tuple.iter().map(|x| x * x).sum::<f64>().sqrt(),
-        };
-        let [least, largest] = self.least_and_largest.unwrap_or([size; 2]);
-        self.least_and_largest = Some([-larger(-least, -size), larger(largest, size)]);
-    }
-
-    fn attributes(&self) -> String {
-        self.least_and_largest
-            .map_or(String::new(), |[least, largest]| {
-                format!(" RangeMin=\"{least:e}\" RangeMax=\"{largest:e}\"")
-            })
     }
 }

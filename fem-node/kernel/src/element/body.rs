@@ -4,6 +4,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use protocol::larger;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use super::corners::{CornerRows, StrainPath, StrainState};
 use super::gather::{CORNER_FORCES, GatherBuffers, NodalFields, corner_rows, gather, sum_corners};
@@ -23,14 +25,18 @@ use crate::pack::in_registers;
 use crate::pack::lanes::{InRegisters, Registers};
 use crate::pack::line::Lines;
 
-/// Kind of element.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Finite element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 pub enum ElementKind {
-    /// Bilinear quadrilateral, one point, hourglass stiffness of Flanagan and Belytschko.
+    /// Bilinear quadrilateral, one integration point, hourglass stiffness of Flanagan and Belytschko.
+    #[serde(rename = "q4_1point")]
     Q4OnePoint,
-    /// Bilinear quadrilateral, 2 x 2 points.
+    /// Bilinear quadrilateral, 2 x 2 integration points.
+    #[serde(rename = "q4_2x2")]
     Q4Full,
-    /// Bilinear quadrilateral, 2 x 2 points and one mean dilatation.
+    /// Bilinear quadrilateral, 2 x 2 points for the change of shape, one mean value for the change of volume; it
+    /// does not lock when nearly incompressible.
+    #[serde(rename = "q4_bbar")]
     Q4MeanDilatation,
 }
 

@@ -20,11 +20,8 @@ pub(crate) fn integrate<V: Lanes>(
     moduli: [f64; 3],
     mut stress: impl FnMut(usize, [V; 3], [V; 3]) -> [V; 3],
 ) -> [Modes<V>; 2] {
-    let (c11, c12, c33) = (
-        x.xi.all(moduli[0]),
-        x.xi.all(moduli[1]),
-        x.xi.all(moduli[2]),
-    );
+    let (c11, c12) = (x.xi.all(moduli[0]), x.xi.all(moduli[1]));
+    let c33 = x.xi.all(moduli[2]);
     let (bx, by) = (constants[4], constants[5]);
     let zero = bx.all(0.0);
     let [mut fx, mut fy] = [Modes::zero(zero); 2];

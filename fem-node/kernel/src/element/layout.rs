@@ -116,6 +116,11 @@ impl Layout {
         node[1] * self.row_len() + component * self.stride + node[0]
     }
 
+    /// Indices of both components of a node.
+    pub fn components(self, node: [usize; 2]) -> [usize; 2] {
+        [0, 1].map(|k| self.index(node, k))
+    }
+
     /// 0 (x) or 1 (y), the direction of the component at this index.
     pub fn direction(self, index: usize) -> usize {
         index % self.row_len() / self.stride

@@ -174,11 +174,8 @@ impl Q4OnePoint {
     #[inline(always)]
     fn elastic_stress<V: Lanes>(&self, volume: V, [[xx, xy], [yx, yy]]: [[V; 2]; 2]) -> [V; 3] {
         let c = |value: f64| volume.all(value) * volume;
-        let (c11, c12, c33) = (
-            c(self.elastic.c11),
-            c(self.elastic.c12),
-            c(self.elastic.c33),
-        );
+        let (c11, c12) = (c(self.elastic.c11), c(self.elastic.c12));
+        let c33 = c(self.elastic.c33);
         [c11 * xx + c12 * yy, c12 * xx + c11 * yy, c33 * (xy + yx)]
     }
 

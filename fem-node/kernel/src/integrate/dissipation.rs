@@ -12,27 +12,17 @@ use crate::element::layout::Layout;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dissipated<T> {
     /// Numerical dissipation over (b-1/2), without its part that telescopes: sum of du dF - b h^2/2 da M da.
-    pub(crate) numerical: T,
+    pub numerical: T,
     /// Mass damping: sum of [(1-b) c v + b c' v'] M du.
-    pub(crate) mass_damping: T,
+    pub mass_damping: T,
     /// Stiffness damping: sum of [(1-b) d + b d'] du.
-    pub(crate) stiffness_damping: T,
+    pub stiffness_damping: T,
     /// Plastic flow.
     pub plastic: T,
 }
 
-/// The mechanisms by which a body dissipates.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Mechanisms {
-    /// A damping parameter above 1/2.
-    pub numerical: bool,
-    /// A mass damping above 0.
-    pub mass_damping: bool,
-    /// A stiffness damping above 0.
-    pub stiffness_damping: bool,
-    /// A material that yields.
-    pub plastic: bool,
-}
+/// The mechanisms by which a body dissipates: a damping parameter above 1/2, mass and stiffness damping above 0, a material that yields.
+pub type Mechanisms = Dissipated<bool>;
 
 impl Dissipated<Vec<f64>> {
     /// Nothing dissipated yet.

@@ -36,10 +36,8 @@ impl NodeRow<'_> {
         let h = Pack::splat(scheme.step);
         let half = Pack::splat(0.5 * scheme.step * scheme.step);
         let rate = Pack::splat(scheme.stiffness_damping / scheme.step);
-        let (start, end) = (
-            Pack::splat(1.0 - scheme.damping),
-            Pack::splat(scheme.damping),
-        );
+        let start = Pack::splat(1.0 - scheme.damping);
+        let end = Pack::splat(scheme.damping);
         for (k, count) in spans.iter().flat_map(packs) {
             let new = rate * (Pack::load(self.new_force, k) - Pack::load(self.force, k));
             let du = h * Pack::load(self.v, k) + half * Pack::load(self.a, k);
@@ -73,15 +71,11 @@ impl NodeRow<'_> {
         let row = self.part(span);
         let (mut v, mut a) = (filled(row.v), filled(row.a));
         let (mut force, mut new_a) = (filled(row.force), [0.0; LANES]);
-        let (mut numerical, mut damping) = (
-            filled(row.dissipated.numerical),
-            filled(row.dissipated.mass_damping),
-        );
+        let mut numerical = filled(row.dissipated.numerical);
+        let mut damping = filled(row.dissipated.mass_damping);
         let counted = |energies: &[f64]| if energies.is_empty() { 0 } else { LANES };
-        let (numericals, dampings) = (
-            counted(row.dissipated.numerical),
-            counted(row.dissipated.mass_damping),
-        );
+        let numericals = counted(row.dissipated.numerical);
+        let dampings = counted(row.dissipated.mass_damping);
         let pack = NodeRow {
             v: &mut v,
             a: &mut a,

@@ -24,7 +24,7 @@ type Form = [f64; 3];
 type Quadratic = [f64; 6];
 
 /// Displacement (m sqrt(kg)) and velocity of a mode.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ModeState {
     /// u.
     pub u: f64,

@@ -57,7 +57,7 @@ pub struct ReducedWindow {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReducedState {
     /// Displacement and velocity of each mode.
-    pub modes: Vec<[f64; 2]>,
+    pub modes: Vec<ModeState>,
     /// Interface force of the last window (N).
     pub force: Vec<f64>,
     /// Displacements of the exchanged components (m).
@@ -71,20 +71,12 @@ pub struct ReducedState {
 }
 
 impl ReducedState {
-    fn states(&self) -> impl Iterator<Item = ModeState> + '_ {
-        self.modes.iter().map(|[u, v]| ModeState { u: *u, v: *v })
-    }
-
     /// Every number that changes a later one.
     pub fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
-        let pairs = self.modes.iter().chain(&self.loads).flatten();
+        let modes = self.modes.iter().flat_map(|mode| [mode.u, mode.v]);
         let vectors = [&self.force, &self.displacement, &self.residual, &self.lag];
-        pairs.chain(vectors.into_iter().flatten()).copied()
-    }
-
-    /// Displacement and velocity of each mode.
-    pub fn mode_states(&self) -> Vec<ModeState> {
-        self.states().collect()
+        let rest = self.loads.iter().flatten();
+        modes.chain(rest.chain(vectors.into_iter().flatten()).copied())
     }
 }
 
@@ -183,7 +175,7 @@ impl ReducedSurface {
     pub fn at_rest(&self) -> ReducedState {
         let zero = || vec![0.0; self.exchanged];
         ReducedState {
-            modes: vec![[0.0; 2]; self.omega.len()],
+            modes: vec![ModeState::default(); self.omega.len()],
             force: zero(),
             displacement: zero(),
             residual: zero(),
@@ -245,11 +237,8 @@ impl ReducedSurface {
         self.add_modes(&modes, 0, &mut displacement);
         for (load, factors) in self.loads.iter().zip(&factors) {
             let residual = &load.residual[..self.exchanged];
-            add(
-                &mut displacement,
-                factors[window.substeps as usize],
-                residual,
-            );
+            let last = factors[window.substeps as usize];
+            add(&mut displacement, last, residual);
         }
         FreeMotion {
             displacement,
@@ -282,12 +271,8 @@ impl ReducedSurface {
         let moved = self.moved(window, state, &modal, &free.factors);
         let modes: Vec<ModeState> = moved.iter().map(|(end, ..)| *end).collect();
         let far = window.field.far(force);
-        let lag: Vec<f64> = free
-            .far
-            .iter()
-            .zip(&far)
-            .map(|(old, new)| old - new)
-            .collect();
+        let both = free.far.iter().zip(&far);
+        let lag: Vec<f64> = both.map(|(old, new)| old - new).collect();
         // u = Phi eta + F_res f + lag, without another product with F_res.
         let mut residual: Vec<f64> = vec![0.0; self.exchanged];
         self.add_modes(&modes, 0, &mut residual);
@@ -296,7 +281,7 @@ impl ReducedSurface {
         }
         let end = ReducedState {
             loads: self.load_works(force, &free.factors, window.substeps as usize),
-            modes: modes.iter().map(|mode| [mode.u, mode.v]).collect(),
+            modes,
             force: force.to_vec(),
             displacement: displacement.to_vec(),
             residual,
@@ -312,7 +297,7 @@ impl ReducedSurface {
             loads.map(|(load, factors)| modal_work(load, factors, &moved, self.scheme.damping));
         energies.applied_work += works.sum::<f64>();
         WindowEnd {
-            beside: self.displacements_beside(&modes, &end),
+            beside: self.displacements_beside(&end),
             state: end,
             energies,
             far,
@@ -320,14 +305,14 @@ impl ReducedSurface {
     }
 
     /// Displacements of the rows that are not exchanged (m).
-    fn displacements_beside(&self, modes: &[ModeState], end: &ReducedState) -> Vec<f64> {
+    fn displacements_beside(&self, end: &ReducedState) -> Vec<f64> {
         let mut beside = vec![0.0; self.rows - self.exchanged];
         let columns = (self.beside.as_slice(), beside.len(), 0);
         add_columns(&mut beside, columns, end.force.iter().copied());
         for (load, [factor, _]) in self.loads.iter().zip(&end.loads) {
             add(&mut beside, *factor, &load.residual[self.exchanged..]);
         }
-        self.add_modes(modes, self.exchanged, &mut beside);
+        self.add_modes(&end.modes, self.exchanged, &mut beside);
         beside
     }
 
@@ -335,11 +320,8 @@ impl ReducedSurface {
     pub fn velocities(&self, state: &ReducedState) -> Vec<f64> {
         let mut velocities = vec![0.0; self.rows];
         let columns = (self.shapes.as_slice(), self.rows, 0);
-        add_columns(
-            &mut velocities,
-            columns,
-            state.modes.iter().map(|mode| mode[1]),
-        );
+        let rates = state.modes.iter().map(|mode| mode.v);
+        add_columns(&mut velocities, columns, rates);
         velocities
     }
 
@@ -384,7 +366,8 @@ impl ReducedSurface {
             let forces: Vec<f64> = steps.map(|step| modal[k] + of_loads(k, step)).collect();
             stepped(&self.scheme, self.omega[k], start, &forces)
         };
-        state.states().enumerate().map(of_mode).collect()
+        let modes = state.modes.iter().copied();
+        modes.enumerate().map(of_mode).collect()
     }
 
     /// Factor of each load at a step, and its work on F_res f (J) at full load.
@@ -429,7 +412,7 @@ impl ReducedSurface {
             energies.residual_loss += (acting - 0.5 * (before + last)) * (work - done);
             energies.strain += 0.5 * last * work;
         }
-        for (state, omega) in end.states().zip(&self.omega) {
+        for (state, omega) in end.modes.iter().zip(&self.omega) {
             energies.strain += 0.5 * (omega * state.u).powi(2);
             energies.kinetic += 0.5 * state.v * state.v;
         }

@@ -43,12 +43,11 @@ impl EdgeCompliance {
     pub(super) fn new(problem: &StaticProblem, factor: &Factor) -> EdgeCompliance {
         let components = components(problem);
         let full = factor.solve(&problem.tractions);
+        let nodes = components.chunks_exact(2);
+        let free = nodes.map(|c| factor.moves(c[0]) && factor.moves(c[1]));
         EdgeCompliance {
             full: components.iter().map(|c| full[*c]).collect(),
-            free: components
-                .chunks_exact(2)
-                .map(|c| factor.moves(c[0]) && factor.moves(c[1]))
-                .collect(),
+            free: free.collect(),
             known: KnownColumns {
                 share: 0.0,
                 columns: vec![None; components.len() / 2],
@@ -115,8 +114,6 @@ impl EdgeCompliance {
 fn components(problem: &StaticProblem) -> Vec<usize> {
     let layout = problem.body.layout;
     let (nodes, _) = problem.mesh.surface(Edge::Top);
-    nodes
-        .into_iter()
-        .flat_map(|node| [0, 1].map(|k| layout.index(node, k)))
-        .collect()
+    let components = nodes.into_iter().flat_map(|node| layout.components(node));
+    components.collect()
 }

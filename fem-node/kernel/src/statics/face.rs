@@ -97,10 +97,8 @@ impl Face {
     }
 
     fn flat(points: &[[f64; 2]]) -> Face {
-        let height = points
-            .iter()
-            .map(|p| p[1])
-            .fold(f64::NEG_INFINITY, f64::max);
+        let heights = points.iter().map(|p| p[1]);
+        let height = heights.fold(f64::NEG_INFINITY, f64::max);
         Face {
             normals: vec![[0.0, 1.0]; points.len()],
             gaps: points.iter().map(|p| height - p[1]).collect(),

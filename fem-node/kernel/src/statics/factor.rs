@@ -156,12 +156,9 @@ impl Factor {
 /// The components that can move, node after node, and the equation of each.
 fn number(problem: &StaticProblem) -> (Vec<usize>, Vec<u32>) {
     let (layout, mesh) = (problem.body.layout, problem.mesh);
-    let all = mesh
-        .nodes()
-        .flat_map(|node| [0, 1].map(|k| layout.index(node, k)));
-    let components: Vec<usize> = all
-        .filter(|i| problem.body.inverse_mass[*i] > 0.0)
-        .collect();
+    let all = mesh.nodes().flat_map(|node| layout.components(node));
+    let free = all.filter(|i| problem.body.inverse_mass[*i] > 0.0);
+    let components: Vec<usize> = free.collect();
     let mut equations = vec![FIXED; layout.len()];
     for (row, component) in components.iter().enumerate() {
         equations[*component] = row as u32;

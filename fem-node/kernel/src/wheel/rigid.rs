@@ -55,6 +55,7 @@ impl Wheel {
     ) -> Wheel {
         let points = mesh.surface_points(Edge::Top);
         let (_, lengths) = mesh.surface(Edge::Top);
+        let areas = lengths.iter().map(|length| length * numbers.thickness);
         let start = program.displacement_at(0.0);
         let period = mesh.period();
         let from_start = |p: &[f64; 2]| [nearest_image(p[0] - start, period), p[1]];
@@ -62,10 +63,7 @@ impl Wheel {
         Wheel {
             numbers,
             first_height: first_height(numbers.radius, below),
-            areas: lengths
-                .iter()
-                .map(|length| length * numbers.thickness)
-                .collect(),
+            areas: areas.collect(),
             period,
             points,
             stride: body.layout.stride,

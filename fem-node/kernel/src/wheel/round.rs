@@ -97,13 +97,9 @@ impl RoundFace {
 impl LocalProblem {
     fn new(node: &NodeMotion, radius: f64, wheel: &WheelStep, guess: &NodeContact) -> LocalProblem {
         // Measured from the lowest point of the face.
-        let [x, y] = [
-            nearest_image(
-                node.point[0] + node.free[0] - wheel.lateral[1],
-                wheel.period,
-            ),
-            node.point[1] + node.free[1] - wheel.free_height,
-        ];
+        let aside = node.point[0] + node.free[0] - wheel.lateral[1];
+        let x = nearest_image(aside, wheel.period);
+        let y = node.point[1] + node.free[1] - wheel.free_height;
         let (gap, distance) = round_gap(radius, [x, y]);
         let n = [x / distance, (y - radius) / distance];
         let t = [-n[1], n[0]];

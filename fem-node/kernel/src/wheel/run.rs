@@ -76,10 +76,8 @@ impl WheelRun {
     pub(crate) fn close(&mut self, wheel: &Wheel, rule: &Rule, row: &UpperRow) {
         let scheme = &rule.scheme;
         let (h, b) = (scheme.step, scheme.damping);
-        let (before, rates) = (
-            self.state.step,
-            [self.state.velocity, self.state.acceleration],
-        );
+        let before = self.state.step;
+        let rates = [self.state.velocity, self.state.acceleration];
         let sunk = h * rates[0] + 0.5 * h * h * rates[1];
         let spin = self.state.spin;
         let free_turn = h * spin[0] + 0.5 * h * h * spin[1];
@@ -191,14 +189,10 @@ impl WheelRun {
         let state = &mut self.state;
         let step = state.step;
         let [velocity, acceleration] = moved.rates;
-        let (da, sum) = (
-            state.acceleration - acceleration,
-            state.acceleration + acceleration,
-        );
-        let drag = mean(
-            wheel.damping_at(step - 1) * velocity,
-            wheel.damping_at(step) * state.velocity,
-        );
+        let da = state.acceleration - acceleration;
+        let sum = state.acceleration + acceleration;
+        let [from, to] = [step - 1, step].map(|step| wheel.damping_at(step));
+        let drag = mean(from * velocity, to * state.velocity);
         let energies = &mut state.energies;
         energies.load -= mean(wheel.load_at(step - 1), wheel.load_at(step)) * moved.wheel[1];
         energies.drive += drive;
@@ -230,12 +224,8 @@ impl WheelRun {
         if to <= from {
             return;
         }
-        let piece = rolled_piece(
-            &self.state.contacts,
-            &wheel.areas,
-            wheel.numbers.radius,
-            rolling,
-        );
+        let (contacts, radius) = (&self.state.contacts, wheel.numbers.radius);
+        let piece = rolled_piece(contacts, &wheel.areas, radius, rolling);
         let piece = RolledPiece {
             way: to - from,
             turned: rolling.direction() * turned,

@@ -123,11 +123,8 @@ impl WheelState {
             let turn = scheme.next(0.0, self.spin, -brake / mass);
             return [turn, scheme.weight() / mass];
         }
-        let speed = wheel
-            .program
-            .rolling
-            .as_ref()
-            .map_or(0.0, |rolling| rolling.speed);
+        let rolling = wheel.program.rolling.as_ref();
+        let speed = rolling.map_or(0.0, |rolling| rolling.speed);
         self.spin = [speed, 0.0];
         self.energies.drive += 0.5 * mass * speed * speed;
         let half = 0.5 * wheel.step * wheel.step / mass;

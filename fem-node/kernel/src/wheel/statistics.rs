@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use kit::bounds::wider;
 use kit::cycle_drift::{CycleDrift, Mean};
 use kit::traction::{GrossSliding, TractionRatio};
 use kit::wheel::WheelProgram;
@@ -36,12 +37,6 @@ const AFTER_REVERSAL: [f64; 2] = [30e-6, 300e-6];
 
 /// Share of the full friction above which the whole wheel slides.
 const SLIDING: f64 = 0.999;
-
-/// The smallest and the largest of the values so far and another one.
-fn widened(range: Option<[f64; 2]>, value: f64) -> Option<[f64; 2]> {
-    let [low, high] = range.unwrap_or([value; 2]);
-    Some([-larger(-low, -value), larger(high, value)])
-}
 
 /// Statistics over all steps so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -146,7 +141,7 @@ impl CycleStatistics {
             }
             if t >= 0.5 * (program.ramp_s + program.motion_start()) {
                 self.held_force.add(fn_);
-                self.held_range = widened(self.held_range, fn_);
+                self.held_range = Some(wider(self.held_range, fn_));
             }
             return;
         };
@@ -162,7 +157,7 @@ impl CycleStatistics {
         if fn_ > 0.0 && ft.abs() >= SLIDING * wheel.numbers.friction * fn_ {
             self.sliding.slide(way, [ft, fn_]);
             self.sn_sliding.add(sn);
-            self.sn_sliding_range = widened(self.sn_sliding_range, sn);
+            self.sn_sliding_range = Some(wider(self.sn_sliding_range, sn));
         }
         if let Some([start, end]) = program.last_full_cycle() {
             let shared = t.min(end) - (t - wheel.step).max(start);

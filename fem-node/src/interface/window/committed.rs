@@ -29,7 +29,7 @@ pub(crate) struct Committed {
     /// Force of each prescribed motion on the body (N).
     pub(crate) reactions: Vec<[f64; 2]>,
     /// Temperatures, where the body has them.
-    pub(crate) heat: Option<HeatState>,
+    pub(crate) heat: HeatState,
     /// Largest strain at the ends of the phases so far.
     pub(crate) strain_max: f64,
 }

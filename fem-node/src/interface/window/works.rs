@@ -183,7 +183,7 @@ pub(crate) fn applied_work(model: &Model, step: u64, before: &[f64], after: &[f6
     let (b, h) = (model.scheme.damping, model.scheme.step);
     let mut increments = before.iter().zip(after).map(|(old, new)| new - old);
     let of_traction = |traction: &Traction| {
-        let [start, end] = [step, step + 1].map(|step| traction.history.factor(step as f64 * h));
+        let [start, end] = [step, step + 1].map(|step| traction.factor(step as f64 * h));
         let products = traction.forces.iter().zip(&mut increments);
         let full: f64 = products.map(|((_, force), du)| force * du).sum();
         ((1.0 - b) * start + b * end) * full
