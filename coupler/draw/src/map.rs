@@ -182,11 +182,11 @@ pub fn maps(
     scale: Option<&ColourScale>,
     content: impl Fn(&mut Panel, usize),
 ) -> String {
-    let mut svg = Svg::default();
+    let (mut svg, mut top) = (Svg::default(), 0.0);
     if let Some(scale) = scale {
         scale.bar(&mut svg, WIDTH);
+        top = BAR;
     }
-    let top = if scale.is_some() { BAR } else { 0.0 };
     draw_below(svg, top, maps, content)
 }
 

@@ -74,10 +74,8 @@ pub fn prefixed(value: f64, unit: &str) -> (f64, String) {
     let thousands = (rounded.abs().log10() / 3.0).floor() as i32;
     let thousands = thousands.clamp(-NONE, PREFIXES.len() as i32 - 1 - NONE);
     let prefix = PREFIXES[(thousands + NONE) as usize];
-    (
-        grams * 10f64.powi(-3 * thousands),
-        format!("{prefix}{unit}"),
-    )
+    let factor = grams * 10f64.powi(-3 * thousands);
+    (factor, format!("{prefix}{unit}"))
 }
 
 /// Words with a unit in brackets, with a prefix for numbers of this size, after the factor from SI to it: `load (kN)`.

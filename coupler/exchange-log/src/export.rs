@@ -32,9 +32,7 @@ impl Selection {
         let of_node = |name: &String| *name == message.sender || *name == message.receiver;
         self.node.as_ref().is_none_or(of_node)
             && self.kind.is_none_or(|kind| header.kind == kind as u32)
-            && self
-                .every
-                .is_none_or(|every| header.window.is_multiple_of(every))
+            && header.window.is_multiple_of(self.every.unwrap_or(1))
     }
 }
 
@@ -141,10 +139,9 @@ fn cells(message: &Exchange) -> impl Iterator<Item = (usize, String)> + '_ {
     let frame = &message.frame;
     let is_text = matches!(frame.kind(), Ok(Kind::Couple));
     let text = is_text.then(|| frame.text().ok()).flatten();
-    let numbers = if text.is_some() {
-        &[]
-    } else {
-        &frame.payload[..]
+    let numbers: &[f64] = match text {
+        Some(_) => &[],
+        None => &frame.payload,
     };
     let numbers = numbers.iter().map(|value| format!("{value:e}"));
     text.into_iter().chain(numbers).enumerate()

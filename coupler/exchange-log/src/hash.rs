@@ -46,13 +46,8 @@ impl ExchangeHasher {
     /// Adds one frame of the current window.
     pub fn add(&mut self, interface: &str, sender: &str, frame: &Frame) {
         let header = &frame.header;
-        let order = (
-            header.window,
-            !is_handshake(header.kind),
-            header.iteration,
-            sender.to_string(),
-            header.kind,
-        );
+        let (window, iteration, kind) = (header.window, header.iteration, header.kind);
+        let order = (window, !is_handshake(kind), iteration, sender.into(), kind);
         self.block.push((order, digest(interface, sender, frame)));
     }
 

@@ -125,13 +125,9 @@ fn ulps(a: f64, b: f64) -> u64 {
     if a.is_nan() || b.is_nan() {
         return u64::MAX;
     }
-    let ordered = |x: f64| {
-        let bits = x.to_bits() as i64;
-        if bits < 0 {
-            i64::MIN.wrapping_sub(bits)
-        } else {
-            bits
-        }
+    let ordered = |x: f64| match x.to_bits() as i64 {
+        bits @ ..0 => i64::MIN.wrapping_sub(bits),
+        bits => bits,
     };
     ordered(a).abs_diff(ordered(b))
 }

@@ -39,10 +39,9 @@ impl Order {
         if is_handshake(header.kind) {
             return Ok(());
         }
-        let name = if exchange.sender == COUPLER {
-            &exchange.receiver
-        } else {
-            &exchange.sender
+        let name = match exchange.sender.as_str() {
+            COUPLER => &exchange.receiver,
+            _ => &exchange.sender,
         };
         let progress = self.participants.entry(name.clone()).or_default();
         if progress.over.is_some_and(|over| window <= over) {

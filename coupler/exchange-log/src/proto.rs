@@ -71,11 +71,9 @@ pub fn descriptors() -> Vec<u8> {
 }
 
 fn descriptor_set() -> FileDescriptorSet {
+    let first: &[&str] = &["kind", "protocol", "interface", "iteration"];
     let exchange = [
-        (
-            Type::Uint32,
-            &["kind", "protocol", "interface", "iteration"][..],
-        ),
+        (Type::Uint32, first),
         (Type::Uint64, &["window", "step"]),
         (Type::Uint32, &["substeps"]),
         (Type::Double, &["t0_s", "t1_s"]),
@@ -84,14 +82,12 @@ fn descriptor_set() -> FileDescriptorSet {
         (Type::Fixed64, &["checksum"]),
     ];
     let window_end = [(Type::Uint64, &["window"][..])];
+    let messages = [("Exchange", &exchange[..]), ("WindowEnd", &window_end)];
     FileDescriptorSet {
         file: vec![FileDescriptorProto {
             name: Some("thirdbody/exchange.proto".into()),
             package: Some("thirdbody".into()),
-            message_type: vec![
-                message("Exchange", &exchange),
-                message("WindowEnd", &window_end),
-            ],
+            message_type: messages.map(|(name, fields)| message(name, fields)).into(),
             syntax: Some("proto3".into()),
             ..FileDescriptorProto::default()
         }],

@@ -40,9 +40,8 @@ pub(super) fn write<W: Write + Seek>(
         (SCENARIO_KEY, "application/toml", &provenance.scenario_toml),
         (MANIFEST_KEY, "application/json", &provenance.manifest_json),
     ];
-    let mut metadata: BTreeMap<String, String> = texts
-        .map(|(key, _, text)| (key.into(), text.clone()))
-        .into();
+    let metadata = texts.map(|(key, _, text)| (key.to_string(), text.clone()));
+    let mut metadata = BTreeMap::from(metadata);
     metadata.insert(FORMAT_KEY.into(), FORMAT.into());
     metadata.insert(RUN_ID_KEY.into(), format!("{:016x}", provenance.run_id));
     metadata.insert(HASH_KEY.into(), provenance_hash(&metadata));
@@ -64,8 +63,7 @@ pub(super) fn write<W: Write + Seek>(
 
 /// The provenance of a metadata record.
 pub(super) fn read(data: &[u8]) -> Result<Provenance, String> {
-    let record = parse(op::METADATA, data)?;
-    let Record::Metadata(mut record) = record else {
+    let Record::Metadata(mut record) = parse(op::METADATA, data)? else {
         return Err("it has no metadata record".into());
     };
     if record.name != PROVENANCE {

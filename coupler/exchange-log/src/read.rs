@@ -180,9 +180,8 @@ impl LogFile {
     /// The next record of the file, with chunks as a whole. A damaged length may claim any size, so memory grows with the data.
     fn next_record(&mut self) -> Result<Option<(u8, Vec<u8>)>, Failure> {
         let record = next_record(&mut self.reader, &mut self.file, PIECE)?;
-        if let Some((_, data)) = &record {
-            self.offset += (FRAMING + data.len()) as u64;
-        }
+        let length = record.as_ref().map(|(_, data)| FRAMING + data.len());
+        self.offset += length.unwrap_or(0) as u64;
         Ok(record)
     }
 
@@ -253,10 +252,9 @@ impl LogFile {
             Failure::Damage(why) => LogError::Damaged {
                 path,
                 offset: self.offset,
-                part: if self.in_chunk {
-                    format!("chunk {}", self.chunks)
-                } else {
-                    format!("a record after {} chunks", self.chunks)
+                part: match self.in_chunk {
+                    true => format!("chunk {}", self.chunks),
+                    false => format!("a record after {} chunks", self.chunks),
                 },
                 why,
                 torn: self.is_torn(),
@@ -309,21 +307,18 @@ fn plain_record(opcode: u8, data: &[u8]) -> Result<(), Failure> {
     let kind = format!("a record of kind {opcode:#04x}");
     let length = match parse(opcode, data).map_err(Failure::Damage)? {
         Record::MessageIndex(index) => 2 + 4 + 16 * index.records.len(),
-        Record::Attachment {
-            header,
-            data: attached,
-            ..
-        } => 8 + 8 + 4 + header.name.len() + 4 + header.media_type.len() + 8 + attached.len() + 4,
+        Record::Attachment { header, data, .. } => {
+            8 + 8 + 4 + header.name.len() + 4 + header.media_type.len() + 8 + data.len() + 4
+        }
         Record::Metadata(_) => data.len(),
         _ => return Err(Failure::Damage(format!("{kind} is between chunks"))),
     };
-    if length == data.len() {
-        return Ok(());
+    match data.len() {
+        held if held == length => Ok(()),
+        held => Err(Failure::Damage(format!(
+            "{kind} holds {held} bytes, but counts {length}"
+        ))),
     }
-    Err(Failure::Damage(format!(
-        "{kind} holds {} bytes, but counts {length}",
-        data.len()
-    )))
 }
 
 /// Passes a chunk to a separate reader as if it were a file: only such a reader limits the decompressed size and verifies before it yields

@@ -156,9 +156,8 @@ impl Recorder {
     }
 
     fn reason(&self, outcome: Option<Result<LogStats, LogError>>) -> LogError {
-        outcome
-            .and_then(Result::err)
-            .unwrap_or_else(|| self.closed())
+        let reason = outcome.and_then(Result::err);
+        reason.unwrap_or_else(|| self.closed())
     }
 
     fn stalled(&self) -> LogError {

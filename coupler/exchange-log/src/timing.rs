@@ -60,7 +60,7 @@ impl RequestTimes {
 }
 
 /// Requests as lists, one entry per request.
-#[derive(Default, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 struct Batch {
     kind: Vec<u32>,
     window: Vec<u64>,
@@ -72,16 +72,15 @@ struct Batch {
 
 impl Batch {
     fn of(requests: &[RequestTimes]) -> Batch {
-        let mut batch = Batch::default();
-        for one in requests {
-            batch.kind.push(one.kind);
-            batch.window.push(one.window);
-            batch.iteration.push(one.iteration);
-            batch.asked_ns.push(one.asked_ns);
-            batch.awaited_ns.push(one.awaited_ns);
-            batch.answered_ns.push(one.answered_ns);
+        let all = || requests.iter();
+        Batch {
+            kind: all().map(|one| one.kind).collect(),
+            window: all().map(|one| one.window).collect(),
+            iteration: all().map(|one| one.iteration).collect(),
+            asked_ns: all().map(|one| one.asked_ns).collect(),
+            awaited_ns: all().map(|one| one.awaited_ns).collect(),
+            answered_ns: all().map(|one| one.answered_ns).collect(),
         }
-        batch
     }
 
     /// The requests; `None` if the lists differ in length.
@@ -253,15 +252,12 @@ pub fn read(path: &Path) -> Result<Timing, LogError> {
     };
     let mut timing = Timing::default();
     for message in stream.map_err(|error| not_ours(error.to_string()))? {
-        match message {
-            Ok(message) => timing
-                .take(&message.channel.topic, &message.data)
-                .map_err(not_ours)?,
-            Err(error) => {
-                timing.cut_off = Some(error.to_string());
-                break;
-            }
-        }
+        let Ok(message) = message.inspect_err(|error| timing.cut_off = Some(error.to_string()))
+        else {
+            break;
+        };
+        let taken = timing.take(&message.channel.topic, &message.data);
+        taken.map_err(not_ours)?;
     }
     Ok(timing)
 }
@@ -286,13 +282,11 @@ impl Timing {
 
     fn participant(&mut self, name: &str) -> &mut ParticipantTimes {
         let known = self.participants.iter().position(|one| one.name == name);
-        let at = known.unwrap_or_else(|| {
-            self.participants.push(ParticipantTimes {
-                name: name.to_string(),
-                ..ParticipantTimes::default()
-            });
-            self.participants.len() - 1
-        });
+        let at = known.unwrap_or(self.participants.len());
+        if known.is_none() {
+            self.participants.push(ParticipantTimes::default());
+            self.participants[at].name = name.into();
+        }
         &mut self.participants[at]
     }
 }

@@ -83,10 +83,9 @@ struct Process {
 
 /// Window and iteration of a request about a window.
 fn args(request: &RequestTimes) -> Value {
-    if is_about_window(request) {
-        json!({ "window": request.window, "iteration": request.iteration })
-    } else {
-        json!({})
+    match is_about_window(request) {
+        true => json!({ "window": request.window, "iteration": request.iteration }),
+        false => json!({}),
     }
 }
 
@@ -169,8 +168,7 @@ fn reported(participant: &ParticipantTimes) -> Result<(Vec<Span>, u64), String> 
     }
     let (setup, begin_ns) = setup(hello, own);
     let pairs = requests.iter().zip(spans);
-    let work =
-        pairs.map(|(request, span)| Span::new(kind_name(request.kind), *span, args(request)));
+    let work = pairs.map(|(one, span)| Span::new(kind_name(one.kind), *span, args(one)));
     Ok(([setup].into_iter().chain(work).collect(), begin_ns))
 }
 
@@ -213,12 +211,10 @@ fn range(timing: &Timing, windows: Option<Windows>) -> Result<[u64; 2], ExportEr
     };
     let requests = timing.participants.iter().flat_map(|one| &one.requests);
     let about = requests.filter(|request| is_about_window(request));
-    let drawn = |request: &&RequestTimes| (first..=last).contains(&request.window);
-    let from_ns = about.clone().filter(drawn).map(|request| request.asked_ns);
-    let to_ns = about
-        .clone()
-        .filter(drawn)
-        .map(|request| request.answered_ns);
+    let is_drawn = |request: &&RequestTimes| (first..=last).contains(&request.window);
+    let drawn = about.clone().filter(is_drawn);
+    let from_ns = drawn.clone().map(|request| request.asked_ns);
+    let to_ns = drawn.map(|request| request.answered_ns);
     if let (Some(from_ns), Some(to_ns)) = (from_ns.min(), to_ns.max()) {
         return Ok([from_ns, to_ns]);
     }

@@ -57,8 +57,9 @@ impl Recording {
 
     /// Number of messages of the first `blocks` blocks.
     fn before(&self, blocks: u64) -> usize {
-        let end = |blocks: usize| self.ends.get(blocks.checked_sub(1)?);
-        end(blocks as usize).copied().unwrap_or(0)
+        let last = (blocks as usize).checked_sub(1);
+        last.and_then(|last| self.ends.get(last))
+            .map_or(0, |end| *end)
     }
 }
 

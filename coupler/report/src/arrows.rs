@@ -200,10 +200,8 @@ fn arrow(panel: &mut Panel, at: [f64; 2], part: [f64; 2], size: f64) {
     let [angle, length] = HEAD;
     let barb = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
-        let back = [
-            along[0] * cos - along[1] * sin,
-            along[0] * sin + along[1] * cos,
-        ];
+        let [x, y] = along;
+        let back = [x * cos - y * sin, x * sin + y * cos];
         [0, 1].map(|k| tip[k] - length * back[k])
     };
     let colour = shade(0.45 + 0.55 * part[0].hypot(part[1]));

@@ -35,17 +35,14 @@ pub fn pressures(run: &RunFiles) -> Result<Vec<Picture>, Error> {
     Ok(Vec::new())
 }
 
-fn pressure(file: String, words: &str, arrays: &Arrays) -> Option<Picture> {
+fn pressure(file: String, moment: &str, arrays: &Arrays) -> Option<Picture> {
     let body = deformed_extent(arrays).filter(|body| body.width() > 0.0 && body.height() > 0.0)?;
     let margin = 0.02 * body.height();
     let extent = body.with_margin(0.0, margin, margin);
     let values = arrays.get("hydrostatic_pressure_pa")?;
     let largest = values.iter().copied().fold(0.0, f64::max);
-    let scale = ColourScale::new(
-        "hydrostatic pressure (MPa)",
-        full_mpa(largest),
-        Some("tension"),
-    );
+    let words = "hydrostatic pressure (MPa)";
+    let scale = ColourScale::new(words, full_mpa(largest), Some("tension"));
     let scales = match is_to_scale(&extent) {
         true => "",
         false => " Each axis has its own scale.",
@@ -53,7 +50,7 @@ fn pressure(file: String, words: &str, arrays: &Arrays) -> Option<Picture> {
     let (elements, most) = (values.len(), with_unit(largest, "Pa"));
     Some(Picture {
         file,
-        caption: format!("Hydrostatic pressure -tr(σ)/3 in the whole body {words}.{scales}"),
+        caption: format!("Hydrostatic pressure -tr(σ)/3 in the whole body {moment}.{scales}"),
         alternative: format!("Map of {elements} elements; largest pressure of an element {most}."),
         svg: maps(&[Map::of(extent, "")], Some(&scale), |panel, _| {
             draw_elements(panel, arrays, |cell| scale.colour(1e-6 * values[cell]));

@@ -48,9 +48,7 @@ const FLOWS: [Flow; 9] = [
 pub fn circuit(summary: &Value) -> Option<Picture> {
     let results = &summary["results"];
     let of = |account: &&str| results[*account].as_f64();
-    let masses = FLOWS
-        .iter()
-        .map(|(.., accounts)| accounts.iter().map(of).sum());
+    let masses = FLOWS.iter().map(|flow| flow.2.iter().map(of).sum());
     let masses: Vec<f64> = masses.collect::<Option<_>>()?;
     let result = |name: &str| results[name].as_f64().map_or("none".into(), mass);
     let mut svg = Svg::default();

@@ -293,11 +293,8 @@ fn lines(signals: &Table, chart: &Chart, styles: usize) -> Vec<PlotCurve> {
         })
     });
     let is_line = |of: &PlotCurve| {
-        of.points
-            .iter()
-            .filter(|(_, y)| y.is_finite())
-            .nth(1)
-            .is_some()
+        let finite = of.points.iter().filter(|(_, y)| y.is_finite());
+        finite.count() > 1
     };
     let mut curves: Vec<PlotCurve> = curves.filter(is_line).collect();
     if let [only] = &mut curves[..] {
@@ -325,10 +322,8 @@ pub(super) fn traction(run: &RunFiles, others: &[(&RunFiles, String)]) -> Option
     let (x, pressure) = (of(run, "x_m")?, of(run, "pressure_pa")?);
     let [low, high] = range(x.iter().copied())?;
     let largest = pressure.iter().copied().fold(0.0, f64::max);
-    let pressed = x
-        .iter()
-        .zip(&pressure)
-        .filter(|(_, p)| **p > PRESSED * largest);
+    let nodes = x.iter().zip(&pressure);
+    let pressed = nodes.filter(|(_, p)| **p > PRESSED * largest);
     let [left, right] = range(pressed.map(|(x, _)| *x)).unwrap_or([low, high]);
     let width = (MEAN_SHARE * (high - low)).min(MEAN_SHARE_PRESSED * (right - left));
     // The pressed part, and its width on either side.
@@ -368,12 +363,8 @@ pub(super) fn traction(run: &RunFiles, others: &[(&RunFiles, String)]) -> Option
         let limit = |sign: f64| smooth.iter().map(move |p| sign * friction * p);
         let y: Vec<f64> = limit(1.0).chain([f64::NAN]).chain(limit(-1.0)).collect();
         let twice = [&x[..], &[f64::NAN], &x].concat();
-        curves.push(curve(
-            format!("limit of friction, {friction} p"),
-            5,
-            &twice,
-            &y,
-        ));
+        let label = format!("limit of friction, {friction} p");
+        curves.push(curve(label, 5, &twice, &y));
     }
     let words = ["x (mm)", "traction on the surface (MPa)"];
     let (nodes, most) = (x.len(), with_unit(largest, "Pa"));

@@ -33,14 +33,10 @@ pub(super) fn section(run: &RunFiles, front: Option<&MeasuredFront>) -> Section 
         return Section::of_text(title, promised);
     };
     let own = paragraph(&own_words(run, front));
-    let measures = 0..front.measures.len();
+    let pictures = (0..front.measures.len()).filter_map(|k| picture(front, k));
     Section {
         text: paragraph(&origin(run, front)) + &promised + &own + &halves(run, front),
-        ..Section::of_pictures(
-            title,
-            vec![],
-            measures.filter_map(|k| picture(front, k)).collect(),
-        )
+        ..Section::of_pictures(title, vec![], pictures.collect())
     }
 }
 

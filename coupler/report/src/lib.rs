@@ -100,7 +100,11 @@ pub fn pictures(
     Ok(chosen)
 }
 
-fn save(path: &Path, text: &str) -> Result<(), Error> {
+/// Writes a file of a page.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn save(path: &Path, text: &str) -> Result<(), Error> {
     std::fs::write(path, text).map_err(Error::output(path.display()))
 }
 

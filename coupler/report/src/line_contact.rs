@@ -28,10 +28,8 @@ impl LineContact {
         let number = |key: String| overrides::number(value_at(&keys, &key)?);
         let text = |key: &str| Some(value_at(&keys, key)?.as_str()?.to_string());
         let kind = |name: &&String| text(&format!("participant.{name}.kind"));
-        let mut continua = setup.participants.iter();
-        let mut continua = continua
-            .by_ref()
-            .filter(|name| kind(name).as_deref() == Some("fem"));
+        let all = setup.participants.iter();
+        let mut continua = all.filter(|name| kind(name).as_deref() == Some("fem"));
         let (body, None) = (continua.next()?, continua.next()) else {
             return None;
         };
@@ -45,16 +43,14 @@ impl LineContact {
         let curvature: f64 = curvatures.map(f64::recip).sum();
         let [young_pa, poisson] = ["material.young_pa", "material.poisson"].map(key);
         let (young_pa, poisson) = (number(young_pa)?, number(poisson)?);
-        let in_strain = text(&key("plane")).as_deref() != Some("stress");
+        let across = match text(&key("plane")).as_deref() {
+            Some("stress") => 0.0,
+            _ => poisson,
+        };
         let contact = LineContact {
             load_n_per_m: run.number("results.load_n")? / number("run.thickness_m".into())?,
             radius_m: curvature.recip(),
-            modulus_pa: young_pa
-                / if in_strain {
-                    1.0 - poisson * poisson
-                } else {
-                    1.0
-                },
+            modulus_pa: young_pa / (1.0 - across * across),
         };
         (curvature > 0.0 && contact.load_n_per_m > 0.0).then_some(contact)
     }
@@ -86,10 +82,8 @@ pub(super) fn friction(run: &RunFiles) -> Option<f64> {
     let found = setup.participants.iter().find_map(|name| {
         let several = ["law.pairs", "sample.surface.friction"].map(|key| config(name, key));
         let one = several.iter().all(|key| value_at(&keys, key).is_none());
-        let laws = ["contact.friction", "law.friction"]
-            .into_iter()
-            .filter(|_| one);
-        laws.filter_map(|key| number(config(name, key))).next()
+        let mut laws = ["contact.friction", "law.friction"].into_iter();
+        laws.find_map(|key| number(config(name, key)).filter(|_| one))
     });
     found.filter(|friction| *friction > 0.0)
 }

@@ -114,12 +114,7 @@ impl Material {
     fn page(mut self, run: &RunFiles, room: usize) -> Result<(String, bool), Error> {
         let whole = self.scene.content(self.files.moments.len());
         let kept = whole.within(room, self.scene.outline());
-        let views = views(
-            &self.scene,
-            self.focus,
-            self.setup.wheel_of.is_some(),
-            self.setup.rolls,
-        );
+        let views = views(&self.scene, self.focus, &self.setup);
         self.scene.keep(&kept, self.focus);
         let chosen = evenly(kept.frames, whole.frames);
         let moments: Vec<&FieldMoment> = chosen.iter().map(|k| &self.files.moments[*k]).collect();

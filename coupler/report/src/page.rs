@@ -91,9 +91,7 @@ svg{max-width:100%;height:auto}
 
 /// The whole page.
 pub fn page(title: &str, head: &str, sections: &[Section]) -> String {
-    let mut links = String::new();
-    let mut body = String::new();
-    let mut figures = 0;
+    let (mut links, mut body, mut figures) = (String::new(), String::new(), 0);
     for (number, section) in sections.iter().enumerate() {
         let title = escape(&section.title);
         let _ = write!(links, "<a href=\"#s{number}\">{title}</a>");
@@ -126,10 +124,10 @@ pub(super) fn accessible(picture: &Picture) -> String {
     let (caption, alternative) = (escape(&picture.caption), escape(&picture.alternative));
     let described = format!("<svg role=\"img\" aria-label=\"{caption} {alternative}\" ");
     let svg = colour::owned(&picture.svg, &picture.file);
-    let Some((_, rest)) = svg.split_once("<svg ") else {
-        return svg;
-    };
-    let Some((attributes, inside)) = rest.split_once('>') else {
+    let parts = svg
+        .split_once("<svg ")
+        .and_then(|(_, rest)| rest.split_once('>'));
+    let Some((attributes, inside)) = parts else {
         return svg;
     };
     format!("{described}{attributes}><title>{caption}</title><desc>{alternative}</desc>{inside}")

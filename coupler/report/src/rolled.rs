@@ -18,14 +18,10 @@ type Point = (f64, [f64; 2], String);
 /// The picture; `None` for a wheel that does not roll, and without a table of its tractions.
 pub(super) fn traction(run: &RunFiles) -> Option<Picture> {
     let points = points(run)?;
-    let largest = points
-        .iter()
-        .fold(0.0, |most: f64, (_, [p, _], _)| most.max(*p));
-    let pressed = || {
-        points
-            .iter()
-            .filter(|(_, [p, _], _)| *p > PRESSED * largest)
-    };
+    let pressures = points.iter().map(|(_, [p, _], _)| *p);
+    let largest = pressures.fold(0.0, f64::max);
+    let is_pressed = |(_, [p, _], _): &&Point| *p > PRESSED * largest;
+    let pressed = || points.iter().filter(is_pressed);
     let half = pressed().fold(0.0, |far: f64, (x, ..)| far.max(x.abs()));
     let near = |x: f64| x.abs() < REACH * half;
     let curve = |label: &str, style: usize, of: &dyn Fn(&Point) -> Option<f64>| {
@@ -51,12 +47,10 @@ pub(super) fn traction(run: &RunFiles) -> Option<Picture> {
         });
     }
     if let Some(friction) = friction(run) {
-        for (label, sign) in [
-            (format!("limit of friction, {friction} p"), 1.0),
-            (String::new(), -1.0),
-        ] {
+        let label = format!("limit of friction, {friction} p");
+        for (label, sign) in [(label.as_str(), 1.0), ("", -1.0)] {
             let limit = |(_, [p, _], _): &Point| Some(sign * friction * p);
-            curves.push(curve(&label, BACKGROUND, &limit));
+            curves.push(curve(label, BACKGROUND, &limit));
         }
     }
     for (status, label, style) in [("stick", "sticks", 2), ("slip", "slips", 5)] {
@@ -65,10 +59,7 @@ pub(super) fn traction(run: &RunFiles) -> Option<Picture> {
             curves.push(curve(label, style, &zone));
         }
     }
-    let words = [
-        "ahead of the wheel's centre (mm)",
-        "traction on the surface (MPa)",
-    ];
+    let ahead = "ahead of the wheel's centre (mm)";
     let stuck = pressed().filter(|(_, _, own)| own == "stick").count();
     Some(Picture {
         file: "rolling-traction.svg".into(),
@@ -77,7 +68,7 @@ pub(super) fn traction(run: &RunFiles) -> Option<Picture> {
             "Pressure and shear at {} points of the contact, of which {stuck} stick.",
             pressed().count()
         ),
-        svg: plot(words, false, &curves),
+        svg: plot([ahead, "traction on the surface (MPa)"], false, &curves),
     })
 }
 

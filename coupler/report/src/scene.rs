@@ -71,9 +71,8 @@ fn raised(
     grains: &[(String, Arrays)],
 ) -> Arrays {
     let setup = run.scenario();
-    let on_top = setup
-        .partner(name)
-        .filter(|joint| joint.partner_set == "lid");
+    let joint = setup.partner(name);
+    let on_top = joint.filter(|joint| joint.partner_set == "lid");
     let position = on_top.and_then(|joint| {
         let (_, arrays) = grains.iter().find(|(name, _)| *name == joint.partner)?;
         let mesh = QuadMesh::of(&continuum)?;
@@ -90,15 +89,14 @@ impl Scene {
     fn picture(&self, shown: &[Map], moment: &str) -> Picture {
         let disks = self.circles().count();
         let largest = self.largest_pa();
-        let mut what = match (&self.continuum, self.grains.is_empty()) {
+        let what = match (&self.continuum, self.grains.is_empty()) {
             (Some(_), false) => {
                 "Hydrostatic pressure -tr(σ)/3 in the continuum and pressure on the grains"
             }
             (Some(_), true) => "Hydrostatic pressure -tr(σ)/3 in the continuum",
             _ => "Pressure on the grains",
-        }
-        .to_string();
-        what += &format!(" at the {moment}, to scale.");
+        };
+        let mut what = format!("{what} at the {moment}, to scale.");
         let glued = |(_, grains): &(String, Arrays)| flags(grains, "glued").contains(&true);
         if self.grains.iter().any(glued) {
             what += " Thick outlines: glued grains.";

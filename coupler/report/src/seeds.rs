@@ -6,6 +6,7 @@ use super::page::{Section, accessible, page, table};
 use super::results::groups;
 use super::terminal::chosen;
 use super::{save, sections};
+use draw::axis::range;
 use draw::svg::escape;
 use draw::units::with_unit_of;
 use kit::student::mean_of;
@@ -49,22 +50,16 @@ pub fn means(runs: &[RunFiles]) -> Vec<SeedMean> {
 impl SeedMean {
     /// Mean, half-width of the interval, lowest and highest value, with their unit.
     fn numbers(&self) -> [String; 4] {
-        let low = self.values.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = self
-            .values
-            .iter()
-            .copied()
-            .fold(f64::NEG_INFINITY, f64::max);
+        let [low, high] = range(self.values.iter().copied()).unwrap_or_default();
         [self.mean, self.half_width, low, high].map(|x| with_unit_of(&self.name, x))
     }
 }
 
 /// The means for a terminal, one per line: all of them, or the most important ones with their meanings.
 pub fn lines(means: &[SeedMean], all: bool) -> Vec<String> {
-    let shown = if all {
-        means.iter().collect()
-    } else {
-        chosen(means, |mean| &mean.name)
+    let shown = match all {
+        true => means.iter().collect(),
+        false => chosen(means, |mean| &mean.name),
     };
     let line = |of: &&SeedMean| {
         let [mean, half_width, low, high] = of.numbers();
@@ -96,32 +91,16 @@ pub fn write(
             section.title += " of the first run";
         }
     }
-    all.retain(|section| {
-        !["Verdict", "Compared with another run", "Results"].contains(&&*section.title)
-    });
+    let of_one = ["Verdict", "Compared with another run", "Results"];
+    all.retain(|section| !of_one.contains(&&*section.title));
     let rows = means.iter().map(|of| {
         let name = format!("<code>{}</code>", escape(&of.name));
         let [mean, half_width, low, high] = of.numbers().map(|text| escape(&text));
-        let runs = of.values.len().to_string();
-        [
-            name,
-            mean,
-            half_width,
-            low,
-            high,
-            runs,
-            escape(&of.sentence),
-        ]
+        let (runs, sentence) = (of.values.len().to_string(), escape(&of.sentence));
+        [name, mean, half_width, low, high, runs, sentence]
     });
-    let head = [
-        "result",
-        "mean",
-        "± (95 %)",
-        "lowest",
-        "highest",
-        "runs",
-        "",
-    ];
+    let [low, high] = ["lowest", "highest"];
+    let head = ["result", "mean", "± (95 %)", low, high, "runs", ""];
     let text = table(head, &[1, 2, 3, 4, 5], rows);
     all.insert(0, Section::of_text("Means over the seeds", text));
     for picture in all.iter().flat_map(Section::pictures) {

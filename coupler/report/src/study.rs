@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::page::{Section, page, table};
+use super::save;
 use draw::picture::Picture;
 use draw::svg::escape;
 use draw::units::four;
-use runs::files::RunFiles;
+use runs::files::read_json;
 use scenario::error::{Error, Refusal};
 
 /// Largest number of table rows on the page; the file has the others.
@@ -61,28 +62,22 @@ pub fn write(folder: &Path) -> Result<PathBuf, Error> {
             svg: read(file).ok()?,
         })
     });
-    let warns = |row: &[String]| {
-        ["warnings", "message"]
-            .iter()
-            .any(|k| !results.cell(row, k).is_empty())
-    };
+    let texts = ["warnings", "message"];
+    let warns = |row: &[String]| texts.iter().any(|k| !results.cell(row, k).is_empty());
     let warning = |name: &str| ["index", "status", "warnings", "message"].contains(&name);
+    let is_shown = |name: &str| !HIDDEN.split(' ').any(|hidden| hidden == name);
     let mut sections = vec![
         Section::of_text("Warnings", results.html(warns, warning)),
         Section::of_text("Settings", text("settings.toml")),
         Section::of_pictures("Pictures", pictures.collect(), Vec::new()),
         Section::of_text("In words", text("digest.txt")),
-        Section::of_text(
-            "Runs",
-            results.html(|_| true, |k| !HIDDEN.split(' ').any(|h| h == k)),
-        ),
+        Section::of_text("Runs", results.html(|_| true, is_shown)),
     ];
     sections.retain(|section| !section.is_empty());
     let name = folder.canonicalize().unwrap_or(folder.into());
     let name = name.file_name().unwrap_or_default().to_string_lossy();
     let path = folder.join("report.html");
-    let html = page(&name, &results.verdict(folder), &sections);
-    std::fs::write(&path, html).map_err(Error::output(path.display()))?;
+    save(&path, &page(&name, &results.verdict(folder), &sections))?;
     Ok(path)
 }
 
@@ -100,11 +95,9 @@ impl Cells {
         let head: Vec<&str> = head.iter().map(String::as_str).collect();
         let shown = |cell: &str| cell.parse().map_or(escape(cell), four);
         let rows = self.1.iter().filter(|cells| row(cells)).take(MANY);
-        let cells = |row: &Vec<String>| -> Vec<String> {
-            columns
-                .iter()
-                .map(|name| shown(self.cell(row, name)))
-                .collect()
+        let cells = |row: &Vec<String>| {
+            let cells = columns.iter().map(|name| shown(self.cell(row, name)));
+            Vec::from_iter(cells)
         };
         match table(head, &[], rows.map(cells)) {
             rows if rows.is_empty() => rows,
@@ -117,11 +110,7 @@ impl Cells {
         let mut counts: [BTreeMap<String, usize>; 2] = Default::default();
         for row in &self.1 {
             let path = folder.join("tasks").join(self.cell(row, "id")).join("run");
-            let manifest = RunFiles {
-                path,
-                ..RunFiles::default()
-            }
-            .manifest();
+            let manifest = read_json(&path.join("manifest.json"));
             let made = ["software", "build", "git"].map(|key| manifest[key].as_str());
             let build = match made {
                 [Some(software), Some(build), Some(git)] => {
@@ -129,17 +118,18 @@ impl Cells {
                 }
                 _ => "missing".into(),
             };
-            let warned =
-                ["", " with warnings"][usize::from(!self.cell(row, "warnings").is_empty())];
+            let warned = match self.cell(row, "warnings") {
+                "" => "",
+                _ => " with warnings",
+            };
             let ended = format!("{}{warned}", self.cell(row, "status"));
             *counts[0].entry(ended).or_default() += 1;
             *counts[1].entry(build).or_default() += 1;
         }
         let class = ["suspect", "completed"][usize::from(counts[0].keys().eq(["completed"]))];
         let [ended, builds] = counts.map(|counts| {
-            let all = counts
-                .iter()
-                .map(|(name, count)| format!("{count} {}", escape(name)));
+            let all = counts.into_iter();
+            let all = all.map(|(name, count)| format!("{count} {}", escape(&name)));
             Vec::from_iter(all).join(", ")
         });
         let count = self.1.len();
@@ -157,10 +147,8 @@ fn cells(line: &str) -> Vec<String> {
         _ => part.replace(',', "\u{2}"),
     });
     let line = Vec::from_iter(parts).concat();
-    let cells = line.split(',');
-    cells
-        .map(|cell| cell.replace('\u{1}', "\"").replace('\u{2}', ","))
-        .collect()
+    let cell = |cell: &str| cell.replace('\u{1}', "\"").replace('\u{2}', ",");
+    line.split(',').map(cell).collect()
 }
 
 #[cfg(test)]

@@ -106,9 +106,10 @@ fn first(run: &RunFiles) -> Vec<String> {
     let groups = groups(run);
     let all: Vec<_> = groups.iter().flat_map(|group| &group.results).collect();
     let shown = chosen(&all, |(name, ..)| name);
-    let lines = shown
-        .iter()
-        .map(|(name, value, sentence)| format!("{}  {sentence}", value_row(name, *value)));
+    let lines = shown.iter().map(|(name, value, sentence)| {
+        let row = value_row(name, *value);
+        format!("{row}  {sentence}")
+    });
     let mut lines = headed("Results", lines);
     let rest = all.len() - shown.len();
     if rest > 0 {
@@ -129,16 +130,15 @@ pub(super) fn chosen<R>(all: &[R], name: impl Fn(&R) -> &str) -> Vec<&R> {
 
 /// The balances that have a bound, or all balances.
 fn judged(run: &RunFiles, all: bool) -> Vec<String> {
-    let balances = balances(run).into_iter();
-    let rows = balances
-        .filter(|balance| all || balance.bound.is_some())
-        .map(|balance| {
-            let bound = balance.bound.zip(balance.holds).map(|(bound, holds)| {
-                let word = if holds { "within" } else { "BEYOND" };
-                format!("  {word} {}", four(bound))
-            });
-            row(balance.name, &four(balance.value)) + &bound.unwrap_or_default()
+    let mut balances = balances(run);
+    balances.retain(|balance| all || balance.bound.is_some());
+    let rows = balances.into_iter().map(|balance| {
+        let bound = balance.bound.zip(balance.holds).map(|(bound, holds)| {
+            let word = if holds { "within" } else { "BEYOND" };
+            format!("  {word} {}", four(bound))
         });
+        row(balance.name, &four(balance.value)) + &bound.unwrap_or_default()
+    });
     headed("Balances", rows)
 }
 

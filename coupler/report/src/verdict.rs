@@ -162,11 +162,7 @@ pub(super) fn balances(run: &RunFiles) -> Vec<JudgedBalance> {
     let windows = run.number("windows").unwrap_or(1.0).max(1.0);
     let judged = BALANCES.iter().filter_map(|(name, path, bound, meaning)| {
         let value = run.number(path)?;
-        let share = if *path == NOT_CONVERGED_WINDOWS {
-            windows
-        } else {
-            1.0
-        };
+        let share = [1.0, windows][usize::from(*path == NOT_CONVERGED_WINDOWS)];
         let bound = bound.map(|kind| plausible.of(kind).warn);
         Some(JudgedBalance {
             name,
@@ -224,9 +220,8 @@ const MARGINS: [(&str, &str); 2] = [
 
 /// The bounds of steps that the run exceeds, and by what factor.
 fn beyond(run: &RunFiles) -> String {
-    let bounds = run
-        .entries("stability")
-        .map(|(_, of)| of["bounds"].as_array());
+    let stability = run.entries("stability");
+    let bounds = stability.map(|(_, of)| of["bounds"].as_array());
     let beyond = bounds.flatten().flatten().filter_map(|bound| {
         let margin = bound["margin"].as_f64().filter(|margin| *margin < 1.0)?;
         let (name, times) = (escape(bound["name"].as_str()?), four(1.0 / margin));
@@ -252,15 +247,8 @@ pub(super) fn steps(run: &RunFiles) -> String {
         })
     });
     let others = MARGINS.iter().filter_map(|(path, words)| {
-        let value = four(run.number(path)?);
-        let none = String::new;
-        Some([
-            none(),
-            words.to_string(),
-            "not judged".into(),
-            value,
-            none(),
-        ])
+        let (words, judged) = (words.to_string(), "not judged".into());
+        Some(["".into(), words, judged, four(run.number(path)?), "".into()])
     });
     let head = ["interface", "bound", "of", "margin", ""];
     match table(head, &[3], bounds.chain(others)) {

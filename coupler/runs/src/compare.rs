@@ -56,15 +56,13 @@ impl Comparison {
         Comparison {
             same_exchange: exchanges[0].is_some() && exchanges[0] == exchanges[1],
             keys: changes([&reference.scenario_table(), &run.scenario_table()]),
-            signals: columns(&run.signals, &reference.signals, TIME, |x, [own, other]| {
-                let [own, other] = [(x[0], own), (x[1], other)].map(|(x, y)| Curve { x, y });
+            signals: columns(&run.signals, &reference.signals, TIME, |x, y| {
+                let [own, other] = [0, 1].map(|k| Curve { x: x[k], y: y[k] });
                 own.distance(&other)
             }),
             profile: columns(own, other, POSITION, |x, [own, other]| {
-                let steps = [(x[0], own), (x[1], other)].map(|(x, y)| Steps::around(x, y));
-                let [Some(own), Some(other)] = steps else {
-                    return Err("there are no numbers".into());
-                };
+                let steps = Steps::around(x[0], own).zip(Steps::around(x[1], other));
+                let (own, other) = steps.ok_or("there are no numbers")?;
                 own.distance(&other, bin_m)
             }),
             results: pairs(run.results(), reference.results()),
@@ -164,11 +162,8 @@ const NOISE: f64 = 3.0;
 fn change(compared: &Compared, scatter: f64) -> (bool, f64) {
     match compared {
         Ok(d) => {
-            let share = d.l2_rel.or(d.max_rel);
-            (
-                d.rms > NOISE * scatter,
-                share.unwrap_or(f64::from(d.max > 0.0)),
-            )
+            let share = d.l2_rel.or(d.max_rel).unwrap_or(f64::from(d.max > 0.0));
+            (d.rms > NOISE * scatter, share)
         }
         Err(_) => (false, -1.0),
     }
@@ -180,22 +175,17 @@ fn scatter(y: &[f64]) -> f64 {
     let third = y.windows(4).map(|y| y[3] - y[0] + 3.0 * (y[1] - y[2]));
     let finite = third.filter(|x| x.is_finite());
     let (sum, count) = finite.fold((0.0, 0.0), |(sum, count), x| (sum + x * x, count + 1.0));
-    if count > 0.0 {
-        f64::sqrt(sum / count / 20.0)
-    } else {
-        0.0
-    }
+    part(sum, count).map_or(0.0, |mean| f64::sqrt(mean / 20.0))
 }
 
 /// Numbers of both runs by name, the largest relative change first. Residuals and balances are noise in both runs and
 /// come last.
 pub fn by_change(all: &BTreeMap<String, NumberPair>) -> Vec<(&String, NumberPair)> {
     let mut all: Vec<_> = all.iter().map(|(name, pair)| (name, *pair)).collect();
+    let noise = ["_rel", "residual", "defect"];
     let key = |(name, pair): &(&String, NumberPair)| {
-        let noise = ["_rel", "residual", "defect"]
-            .iter()
-            .any(|word| name.contains(word));
-        (!noise, difference(*pair).unwrap_or(-1.0))
+        let is_noise = noise.iter().any(|word| name.contains(word));
+        (!is_noise, difference(*pair).unwrap_or(-1.0))
     };
     all.sort_by(|a, b| key(b).partial_cmp(&key(a)).unwrap_or(Ordering::Equal));
     all

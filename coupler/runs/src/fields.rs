@@ -49,9 +49,8 @@ pub fn stored(path: &Path) -> Result<Vec<StoredArray>> {
     let text = String::from_utf8_lossy(markup);
     let mut arrays = Vec::new();
     for (section, part) in in_sections(&text) {
-        let (tag, rest) = part
-            .split_once('>')
-            .ok_or_else(|| damaged("an unfinished DataArray".into()))?;
+        let split = part.split_once('>');
+        let (tag, rest) = split.ok_or_else(|| damaged("an unfinished DataArray".into()))?;
         let name = attribute(tag, "Name");
         let name = name.ok_or_else(|| damaged("a DataArray without a name".into()))?;
         let numbers = match attribute(tag, "offset") {
@@ -99,11 +98,8 @@ pub fn ranges(path: &Path) -> Result<ArrayRanges> {
     let data = tags.filter(|(section, _)| ["PointData", "CellData"].contains(section));
     let named = data.filter_map(|(_, tag)| {
         let bounds = ["RangeMin", "RangeMax"].map(|key| attribute(tag, key)?.parse().ok());
-        let [least, largest] = bounds;
-        Some((
-            attribute(tag, "Name")?.to_string(),
-            Some([least?, largest?]),
-        ))
+        let (name, [least, largest]) = (attribute(tag, "Name")?, bounds);
+        Some((name.to_string(), Some([least?, largest?])))
     });
     Ok(named.collect())
 }
@@ -131,15 +127,13 @@ fn appended_numbers(
     tag: &str,
     offset: &str,
 ) -> Result<Vec<f64>, String> {
-    for (foreign, why) in [
-        ("compressor=", "is compressed, which is not supported"),
-        (
-            "byte_order=\"BigEndian\"",
-            "is big-endian, which is not supported",
-        ),
-    ] {
-        if markup.contains(foreign) {
-            return Err(why.into());
+    let foreign = [
+        ("compressor=", "compressed"),
+        ("byte_order=\"BigEndian\"", "big-endian"),
+    ];
+    for (mark, what) in foreign {
+        if markup.contains(mark) {
+            return Err(format!("is {what}, which is not supported"));
         }
     }
     let begin = find(appended, b"_").ok_or("has no data behind it")? + 1;
@@ -148,11 +142,7 @@ fn appended_numbers(
     }
     let offset: usize = offset.parse().map_err(|_| "has no number as its offset")?;
     let short = || format!("reaches beyond the end of the file (offset {offset})");
-    let header = if markup.contains("header_type=\"UInt64\"") {
-        8
-    } else {
-        4
-    };
+    let header = [4, 8][usize::from(markup.contains("header_type=\"UInt64\""))];
     let bytes = appended.get(begin + offset..).ok_or_else(short)?;
     let (length, bytes) = bytes.split_at_checked(header).ok_or_else(short)?;
     let length = length.iter().rev();

@@ -9,7 +9,7 @@ use super::fields::{Arrays, flags, numbers, read};
 use super::scene::Setup;
 use super::table::Table;
 use crate::written::Written;
-use scenario::content::contents;
+use scenario::content::{content_hash, contents};
 use scenario::error::{Code, Error, Refusal};
 use scenario::load::CHANGED_KEY;
 use scenario::overrides::Changes;
@@ -42,17 +42,15 @@ impl RunFiles {
     /// # Errors
     /// There is no summary.json, as the run continues or was killed; or a table differs from what the run wrote.
     pub fn read(run: &Path) -> Result<RunFiles, Error> {
-        let found = RunFiles {
+        let mut found = RunFiles {
             path: run.to_path_buf(),
             summary: read_summary(run)?,
             ..RunFiles::default()
         };
         found.damage().map_or(Ok(()), Err)?;
-        Ok(RunFiles {
-            signals: Table::read(&run.join("signals.csv"))?.unwrap_or_default(),
-            profile: Table::read(&run.join("profile.csv"))?,
-            ..found
-        })
+        found.signals = Table::read(&run.join("signals.csv"))?.unwrap_or_default();
+        found.profile = Table::read(&run.join("profile.csv"))?;
+        Ok(found)
     }
 
     /// The first table that differs from what the run wrote, by `tables` of summary.json, which runs of older builds
@@ -61,17 +59,20 @@ impl RunFiles {
         let problem = |(name, written): (&String, &Value)| {
             let path = self.path.join(name);
             let written: Written = serde_json::from_value(written.clone()).ok()?;
-            let why = match contents(&path).map(|text| Written::of(&text)) {
-                None => "cannot be read, although the run wrote it".into(),
-                Some(found) if found == written => return None,
-                Some(found) if found.rows != written.rows => format!(
-                    "has {} rows, but the run wrote {}",
-                    found.rows, written.rows
-                ),
-                Some(_) => "was changed since the run wrote it".into(),
-            };
-            let text = format!("{}: {why}", path.display());
-            Some(Refusal::other(Code::TableDamaged, text).into())
+            let [found, due] = [
+                contents(&path).map(|text| Written::of(&text)),
+                Some(written),
+            ];
+            match found.as_ref().zip(due.as_ref()) {
+                Some((found, due)) if found.rows != due.rows => {
+                    let (rows, due) = (found.rows, due.rows);
+                    Some(damaged(
+                        &path,
+                        &format!("has {rows} rows, but the run wrote {due}"),
+                    ))
+                }
+                _ => differs(&path, found, due, ""),
+            }
         };
         let mut tables = self.entries("tables");
         tables.find_map(problem).or_else(|| self.scenario_damage())
@@ -81,29 +82,18 @@ impl RunFiles {
     fn scenario_damage(&self) -> Option<Error> {
         let path = self.path.join("scenario.toml");
         let hash = self.hash("scenario").filter(|hash| !hash.is_empty())?;
-        let why = match contents(&path).map(|text| blake3::hash(&text).to_hex()) {
-            None => "cannot be read, although the run wrote it",
-            Some(found) if found.as_str() == hash => return None,
-            Some(_) => "was changed since the run wrote it",
-        };
-        let text = format!("{}: {why}", path.display());
-        Some(Refusal::other(Code::TableDamaged, text).into())
+        differs(&path, content_hash(&path).as_deref(), Some(hash), "")
     }
 
     /// The first field file that differs from what the run wrote, by `fields.blake3` of summary.json.
     pub fn field_damage(&self) -> Option<Error> {
         let hashes = self.summary["fields"]["blake3"].as_object()?;
         let problem = |(name, hash): (&String, &Value)| {
-            let path = self.path.join(name);
-            let why = match contents(&path).map(|bytes| blake3::hash(&bytes).to_hex()) {
-                None => "cannot be read, although the run wrote it",
-                Some(found) if Some(found.as_str()) == hash.as_str() => return None,
-                Some(_) => {
-                    "was changed since the run wrote it, and pictures show its present content"
-                }
-            };
-            let text = format!("{}: {why}", path.display());
-            Some(Refusal::other(Code::TableDamaged, text).into())
+            let (path, shown) = (
+                self.path.join(name),
+                ", and pictures show its present content",
+            );
+            differs(&path, content_hash(&path).as_deref(), hash.as_str(), shown)
         };
         hashes.iter().find_map(problem)
     }
@@ -285,6 +275,28 @@ impl RunFiles {
         let (sum, count) = free.fold((0.0, 0), |(sum, count), (_, r)| (sum + r, count + 1));
         Ok((count > 0).then(|| sum / f64::from(count)))
     }
+}
+
+/// The error for a file whose content, if it can be read, is not the one that the run wrote; `shown` adds to the reason.
+fn differs<T: PartialEq>(
+    path: &Path,
+    found: Option<T>,
+    due: Option<T>,
+    shown: &str,
+) -> Option<Error> {
+    match found {
+        None => Some(damaged(path, "cannot be read, although the run wrote it")),
+        found if found == due => None,
+        _ => Some(damaged(
+            path,
+            &format!("was changed since the run wrote it{shown}"),
+        )),
+    }
+}
+
+fn damaged(path: &Path, why: &str) -> Error {
+    let text = format!("{}: {why}", path.display());
+    Refusal::other(Code::TableDamaged, text).into()
 }
 
 fn read_summary(run: &Path) -> Result<Value, Error> {

@@ -20,8 +20,5 @@ pub fn build() -> Build {
         hash: "unnamed",
         git: "unknown",
     };
-    inventory::iter::<Build>()
-        .next()
-        .copied()
-        .unwrap_or(unnamed)
+    *inventory::iter::<Build>().next().unwrap_or(&unnamed)
 }

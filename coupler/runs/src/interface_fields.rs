@@ -5,22 +5,16 @@ use std::path::Path;
 use kit::vtk::{DatasetKind, VtkFile};
 
 use scenario::error::{Error, Result};
-use scheme::group::{Group, Patch};
+use scheme::coupling::Coupling;
+use scheme::group::Patch;
 
 use crate::profile::places;
-use scheme::window::InterfaceState;
 
 /// Writes the continuum's nodes of an interface as a line, in the undeformed body and by ascending x. Point data:
 /// displacement_m, as sent to the other side; traction_pa of that side on the continuum in the last window; pressure_pa
 /// and shear_pa, its components along the normal and along the surface as in profile.csv, compression positive.
-pub fn write(
-    path: &Path,
-    group: &Group,
-    patch: &Patch,
-    state: &InterfaceState,
-    thickness_m: f64,
-) -> Result<()> {
-    let nodes = &group.nodes;
+pub fn write(path: &Path, coupling: &Coupling, patch: &Patch, thickness_m: f64) -> Result<()> {
+    let (nodes, state) = (&coupling.group().nodes, &coupling.state);
     let places = places(nodes, patch);
     let order: Vec<usize> = places.iter().map(|place| place.node).collect();
     let lines = order.len().saturating_sub(1);

@@ -172,11 +172,7 @@ pub fn lost_balance(
     value: f64,
     time_s: f64,
 ) -> Option<Finding> {
-    let suspect = bounds.of(kind).suspect;
-    let hopeless = Bounds {
-        warn: suspect,
-        suspect,
-    };
+    let hopeless = Bounds::from([bounds.of(kind).suspect; 2]);
     judge!(hopeless, *kind, value;
         "at t = {time_s:.4e} s the energies do not balance: up to {value:.3e} of the work so far is neither stored nor dissipated, or was lost or created at an interface; even if the balance at the end is better, shorten the step or lower substeps, and look for windows that were accepted without having converged")
 }
@@ -214,10 +210,9 @@ pub fn told_mass(group: &Group, side: usize, columns: &[f64], explicit: bool) ->
     let own = columns.iter().enumerate();
     let parts = own.map(|(i, column)| column * mass[i / 2] / free);
     let part = parts.fold(0.0, larger);
-    let light = if explicit && part > 0.0 {
-        0.2 / (part * m * m)
-    } else {
-        0.0
+    let light = match explicit && part > 0.0 {
+        true => 0.2 / (part * m * m),
+        false => 0.0,
     };
     judge!(TOLD_MASS, larger(0.5 * part, light);
         "under the forces of its columns its points move {part:.3e} of the way that their masses alone would: the masses in its description are too large or too small, or the columns belong to another window")
@@ -292,9 +287,7 @@ impl InterfaceWorks {
 
 /// The work at its interfaces that a participant reports.
 pub fn interface_work(bounds: &Plausible, works: InterfaceWorks) -> Option<Finding> {
-    let InterfaceWorks {
-        reported_j, seen_j, ..
-    } = works;
+    let (reported_j, seen_j) = (works.reported_j, works.seen_j);
     judge!(bounds => INTERFACE_WORK, works.apart_rel();
         "its ledger reports {reported_j:.6e} J of work through its interfaces, but the forces and motions that it exchanged give {seen_j:.6e} J: its answers do not belong to the state that it keeps, or its ledger is wrong; a window must start from the committed state every time, increments are of the window alone, and work is force times increment")
 }
@@ -303,12 +296,11 @@ pub fn interface_work(bounds: &Plausible, works: InterfaceWorks) -> Option<Findi
 /// that it kept.
 pub fn refuse_contradiction(judged: &[Warning]) -> Result<()> {
     let mut all = judged.iter();
-    match all.find(|warning| warning.suspect && warning.code == INTERFACE_WORK.code) {
-        None => Ok(()),
-        Some(Warning { about, text, .. }) => Err(Error::Inconsistent(format!(
-            "participant `{about}`: {text}"
-        ))),
-    }
+    let found = all.find(|warning| warning.suspect && warning.code == INTERFACE_WORK.code);
+    found.map_or(Ok(()), |Warning { about, text, .. }| {
+        let text = format!("participant `{about}`: {text}");
+        Err(Error::Inconsistent(text))
+    })
 }
 
 /// The energy that an interface lost or created.

@@ -44,12 +44,10 @@ pub(crate) fn places(nodes: &Surface, patch: &Patch) -> Vec<Place> {
     let last = order.len().saturating_sub(1);
     let tangent = |k: usize| {
         let [from, to] = [k.saturating_sub(1), (k + 1).min(last)].map(|k| at(order[k]));
-        let [x, y] = [to[0] - from[0], to[1] - from[1]];
-        let length = x.hypot(y);
-        if length > 0.0 {
-            [x / length, y / length]
-        } else {
-            mean
+        let along = [to[0] - from[0], to[1] - from[1]];
+        match along[0].hypot(along[1]) {
+            length if length > 0.0 => along.map(|part| part / length),
+            _ => mean,
         }
     };
     let place = |k: usize| Place {

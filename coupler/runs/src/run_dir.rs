@@ -119,17 +119,15 @@ fn checked(out: &Path) -> Result<PathBuf> {
         return Err(refuse("it is not a folder"));
     }
     if fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) {
-        return Err(refuse(
-            "the folder is not empty; a run never overwrites another: choose a new or an empty folder",
-        ));
+        let why = "the folder is not empty; a run never overwrites another: choose a new or an empty folder";
+        return Err(refuse(why));
     }
     Ok(out.to_path_buf())
 }
 
 fn default_path(name: &str, run_id: u64) -> Result<PathBuf> {
-    let seconds = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0, |since| since.as_secs());
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    let seconds = since.map_or(0, |since| since.as_secs());
     let id = format!("{name}-{seconds}-{:08x}", run_id as u32);
     let path = Path::new("runs").join(&id);
     fs::create_dir_all(&path).map_err(Error::output(path.display()))?;
@@ -190,12 +188,12 @@ fn processor() -> Option<String> {
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let temporary = path.with_extension(format!("{}.part", std::process::id()));
-    let written = File::create(&temporary)
-        .and_then(|mut file| {
-            file.write_all(bytes)?;
-            file.sync_all()
-        })
-        .and_then(|()| fs::rename(&temporary, path))
-        .and_then(|()| File::open(folder)?.sync_all());
-    written.map_err(Error::output(path.display()))
+    let write = || {
+        let mut file = File::create(&temporary)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&temporary, path)?;
+        File::open(folder)?.sync_all()
+    };
+    write().map_err(Error::output(path.display()))
 }

@@ -42,8 +42,11 @@ impl Setup {
     /// The setup in a `scenario.toml`.
     pub fn from(table: &Table) -> Setup {
         let list = |key| {
-            let list = table.get(key).and_then(Value::as_array);
-            list.into_iter().flatten()
+            table
+                .get(key)
+                .and_then(Value::as_array)
+                .into_iter()
+                .flatten()
         };
         let name = |participant: &Value| key::<String>(Some(participant), "name");
         let wheel = |p: &Value| Some((name(p), p.get("config")?.get("wheel").cloned()?));

@@ -1,7 +1,5 @@
 //! Piecewise constant numbers on the segments of a line, as for tractions of nodes, and the distance of two such lines.
 
-use std::ops::Range;
-
 use protocol::larger;
 
 use super::curve::Distance;
@@ -70,23 +68,18 @@ impl Steps {
         let [own, other] = [self, reference].map(|of| [of.edges[0], of.edges[of.edges.len() - 1]]);
         let [start, end] = [-larger(-own[0], -other[0]), larger(own[1], other[1])];
         let whole = end - start;
-        bin.map_or(Ok(()), |width| {
-            bin_fits(width, [other[1] - other[0], whole])
-        })?;
         let bins = match bin {
             None => pairs(&reference.edges),
             Some(width) => {
-                let ends = [&self.edges, &reference.edges];
-                let first = ends.iter().map(|e| index(e[0], width)).min();
-                let last = ends.iter().map(|e| index(e[e.len() - 1], width)).max();
-                let bins: Range<i64> = first.unwrap_or(0)..last.unwrap_or(0) + 1;
+                bin_fits(width, [other[1] - other[0], whole])?;
+                let [first, last] = [start, end].map(|end| index(end, width));
+                let bins = first..=last;
                 let bins = bins.map(|k| [-0.5, 0.5].map(|side| (k as f64 + side) * width));
                 // Where two surfaces have the same ends, the outermost bins have them, too. Else a bin lacks what one surface has not.
                 let same = |k: usize| (own[k] - other[k]).abs() <= SAME_END * whole;
-                let [from, to] = if same(0) && same(1) {
-                    [start, end]
-                } else {
-                    [f64::NEG_INFINITY, f64::INFINITY]
+                let [from, to] = match same(0) && same(1) {
+                    true => [start, end],
+                    false => [f64::NEG_INFINITY, f64::INFINITY],
                 };
                 let inside = bins.map(|[low, high]| [larger(low, from), -larger(-high, -to)]);
                 inside.filter(|[low, high]| low < high).collect()

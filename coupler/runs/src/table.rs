@@ -21,8 +21,8 @@ impl Table {
             return Ok(None);
         }
         let text = std::fs::read_to_string(path).map_err(Error::input(path.display()))?;
-        let table = Table::parse(&text).map_err(|problem| Refusal::file(path, problem))?;
-        Ok(Some(table))
+        let table = Table::parse(&text).map(Some);
+        Ok(table.map_err(|problem| Refusal::file(path, problem))?)
     }
 
     /// Reads the complete rows of a file; empty if it cannot be read. A killed run may have left a part of its last
@@ -48,11 +48,10 @@ impl Table {
                 ));
             }
             for (column, cell) in columns.iter_mut().zip(cells) {
-                let number = cell.parse::<f64>().ok();
-                *column = column.take().zip(number).map(|(mut column, number)| {
-                    column.push(number);
-                    column
-                });
+                match (&mut *column, cell.parse::<f64>()) {
+                    (Some(numbers), Ok(number)) => numbers.push(number),
+                    _ => *column = None,
+                }
             }
         }
         let named = names.into_iter().zip(columns);

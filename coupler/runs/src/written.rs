@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use scenario::content::contents;
+use scenario::content::{content_hash, contents};
 use serde::{Deserialize, Serialize};
 
 /// A table as the run wrote it.
@@ -66,12 +66,9 @@ pub fn add_tables(run: &Path, known: &mut BTreeMap<String, Written>) {
 pub fn field_hashes(run: &Path) -> BTreeMap<String, String> {
     let fields =
         names(run.join("fields")).filter(|name| name.ends_with(".vtu") || name.ends_with(".vtp"));
-    let hashes = fields.filter_map(|name| {
-        let name = format!("fields/{name}");
-        let hash = blake3::hash(&contents(&run.join(&name))?);
-        Some((name, hash.to_hex().to_string()))
-    });
-    hashes.collect()
+    let fields = fields.map(|name| format!("fields/{name}"));
+    let hashes = fields.filter_map(|name| Some((content_hash(&run.join(&name))?, name)));
+    hashes.map(|(hash, name)| (name, hash)).collect()
 }
 
 /// Names of the files of a folder.

@@ -72,13 +72,10 @@ fn check_two_interfaces(
     if !sides.all(|side| before.between.contains(side)) {
         return Ok(());
     }
-    let (key, name, [a, b]) = (
-        format!("interface[{index}].between"),
-        &before.name,
-        &interface.between,
-    );
+    let (name, [a, b]) = (&before.name, &interface.between);
     let problem = format!("`{a}` and `{b}` are already joined by the interface `{name}`");
     let help = "name another set of one of them, or remove the interface";
+    let key = format!("interface[{index}].between");
     refuse(&key, Cause::SetCoupledTwice, problem, Some(help))
 }
 
@@ -89,6 +86,7 @@ fn check_one_solution(
     index: usize,
 ) -> Result<(), ConfigError> {
     let (ours, theirs) = (interface.given(), first.given());
+    let policy = interface.on_not_converged;
     let agree = [
         ("scheme", ours.scheme == theirs.scheme),
         ("dirichlet", ours.dirichlet() == theirs.dirichlet()),
@@ -96,10 +94,7 @@ fn check_one_solution(
         ("compliance", ours.compliance() == theirs.compliance()),
         ("acceleration", ours.acceleration() == theirs.acceleration()),
         ("relaxation", ours.relaxation() == theirs.relaxation()),
-        (
-            "on_not_converged",
-            first.on_not_converged == interface.on_not_converged,
-        ),
+        ("on_not_converged", policy == first.on_not_converged),
     ];
     agree.iter().find(|(_, same)| !same).map_or(Ok(()), |(key, _)| {
         let problem = format!(
@@ -141,12 +136,10 @@ fn check_launches(scenario: &Scenario) -> Result<(), ConfigError> {
 
 /// Refuses the name of an earlier participant or of a part of the program.
 fn refuse_taken(key: &str, name: &str, before: &[Participant]) -> Result<(), ConfigError> {
-    let by = if before.iter().any(|other| other.name == name) {
-        "another participant"
-    } else if ["coupler", "coordinator"].contains(&name) {
-        "a part of the program itself"
-    } else {
-        return Ok(());
+    let by = match name {
+        _ if before.iter().any(|other| other.name == name) => "another participant",
+        "coupler" | "coordinator" => "a part of the program itself",
+        _ => return Ok(()),
     };
     let problem = format!("the name `{name}` is taken by {by}");
     let help = "give each participant a name of its own: messages, logs and interfaces go by it";

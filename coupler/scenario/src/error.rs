@@ -144,11 +144,10 @@ impl From<ExportError> for Error {
         match error {
             ExportError::Log(error) => error.into(),
             ExportError::Write { path, source } => Error::output(path.display())(source),
-            ExportError::NoWindow { first, last, has } => Refusal::argument(
-                format!("--windows {first}..{last}"),
-                format!("the run has no such window; it has {has}"),
-            )
-            .into(),
+            ExportError::NoWindow { first, last, has } => {
+                let problem = format!("the run has no such window; it has {has}");
+                Refusal::argument(format!("--windows {first}..{last}"), problem).into()
+            }
         }
     }
 }
@@ -156,13 +155,12 @@ impl From<ExportError> for Error {
 impl From<KeptError> for Error {
     fn from(error: KeptError) -> Error {
         match error {
-            KeptError::NoCache { scene } => Refusal::argument(
-                format!("the built-in scene `{scene}`"),
-                format!(
+            KeptError::NoCache { scene } => {
+                let problem = format!(
                     "reads files of its own, for which it needs a cache folder: give --cache DIR, or copy the scene with `thirdbody new {scene}`"
-                ),
-            )
-            .into(),
+                );
+                Refusal::argument(format!("the built-in scene `{scene}`"), problem).into()
+            }
             KeptError::Write { path, source } => Error::output(path.display())(source),
         }
     }

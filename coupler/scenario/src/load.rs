@@ -115,10 +115,9 @@ fn since(mut first: Changes, again: Changes) -> Changes {
 
 /// The absolute path of a folder; an empty path is the current folder.
 pub fn absolute(folder: &Path) -> PathBuf {
-    let here = if folder.as_os_str().is_empty() {
-        Path::new(".")
-    } else {
-        folder
+    let here = match folder.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => folder,
     };
     std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf())
 }
@@ -139,18 +138,14 @@ pub fn parse(source: ScenarioSource) -> Result<Loaded> {
     let files = paths::make_absolute(&mut table, folder.unwrap_or(Path::new("")));
     let refused = |error: ConfigError| source.error(&error.key.clone(), error);
     let mut numbers = leaves(&table).into_iter();
-    numbers
-        .try_for_each(|(key, value)| finite(&key, value.as_float().unwrap_or(0.0)))
-        .map_err(refused)?;
+    let finite = numbers.try_for_each(|(key, value)| finite(&key, value.as_float().unwrap_or(0.0)));
+    finite.map_err(refused)?;
     let scenario: Scenario = read_table(table.clone()).map_err(refused)?;
     check(&scenario).map_err(refused)?;
     ranges::check(&SCHEMA, &json!(table)).map_err(refused)?;
     table.remove(ABOUT);
-    let shipped = scenario
-        .run
-        .derived_from
-        .as_deref()
-        .and_then(scenes::scene_file);
+    let name = scenario.run.derived_from.as_deref();
+    let shipped = name.and_then(scenes::scene_file);
     if let Some(shipped) = shipped.and_then(|file| scenes::text(&file)?.parse().ok()) {
         origin = shipped;
     }
@@ -205,29 +200,28 @@ fn find(scenario: &str) -> Result<Found> {
             }
         }
     }
-    scenes::scene_file(scenario)
-        .map(Found::Shipped)
-        .ok_or_else(|| {
-            let meant = scenes::meant(scenario, false);
-            let meant = meant.map(|near| format!("; did you mean `{near}`?"));
-            let text = format!(
-                "no scenario `{scenario}`: give a folder with scenario.toml, a file, a name under scenarios/, or a name that `thirdbody scenes` lists{}",
-                meant.unwrap_or_default()
-            );
-            Refusal::other(Code::NoScenario, text).into()
-        })
+    if let Some(file) = scenes::scene_file(scenario) {
+        return Ok(Found::Shipped(file));
+    }
+    let meant = scenes::meant(scenario, false);
+    let meant = meant.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+    let text = format!(
+        "no scenario `{scenario}`: give a folder with scenario.toml, a file, a name under scenarios/, or a name that `thirdbody scenes` lists{meant}"
+    );
+    Err(Refusal::other(Code::NoScenario, text).into())
 }
 
 fn syntax_error(source: &ScenarioSource, error: &toml::de::Error) -> Error {
+    let span = error.span();
     Error::Scenario(Box::new(ScenarioError {
         code: Code::TomlSyntax,
         key: source.name.clone(),
         problem: format!("not valid TOML: {}", error.message()),
-        help: error
-            .span()
+        help: span
+            .as_ref()
             .and_then(|span| decimal_comma(&source.text, span.start)),
         source_file: Some(miette::NamedSource::new(&source.name, source.text.clone())),
-        span: error.span().map(Into::into),
+        span: span.map(Into::into),
     }))
 }
 

@@ -22,9 +22,8 @@ pub(super) fn apply(table: &mut toml::Table, set: &str) -> Result<()> {
         .ok_or_else(|| refuse("write it as KEY=VALUE, for instance --set run.seed=2"))?;
     let value = parse_value(value.trim());
     if key.trim().split('.').any(|part| part.trim().is_empty()) {
-        return Err(refuse(
-            "the key has an empty part: write one point between two names",
-        ));
+        let why = "the key has an empty part: write one point between two names";
+        return Err(refuse(why));
     }
     let parts = segments(key.trim());
     if let Some(meant) = longer(table, key.trim(), &parts) {
@@ -82,9 +81,7 @@ pub fn value_at<'a>(table: &'a toml::Table, key: &str) -> Option<&'a toml::Value
     let mut value = table.get(parts.next()?)?;
     for part in parts {
         value = match value {
-            toml::Value::Array(entries) => entries
-                .iter()
-                .find(|entry| entry.get("name").and_then(toml::Value::as_str) == Some(part))?,
+            toml::Value::Array(entries) => entries.iter().find(|entry| is_named(entry, part))?,
             inner => inner.get(part)?,
         };
     }
@@ -163,6 +160,10 @@ pub fn parse_value(text: &str) -> toml::Value {
 }
 
 fn entry_by_name<'a>(entries: &'a mut [toml::Value], name: &str) -> Option<&'a mut toml::Table> {
-    let mut entries = entries.iter_mut().filter_map(toml::Value::as_table_mut);
-    entries.find(|table| table.get("name").and_then(toml::Value::as_str) == Some(name))
+    let mut entries = entries.iter_mut();
+    entries.find(|entry| is_named(entry, name))?.as_table_mut()
+}
+
+fn is_named(entry: &toml::Value, name: &str) -> bool {
+    entry.get("name").and_then(toml::Value::as_str) == Some(name)
 }

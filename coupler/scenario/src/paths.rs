@@ -10,12 +10,12 @@ use toml::{Table, Value};
 /// directory. Returns all of them.
 pub(super) fn make_absolute(scenario: &mut Table, folder: &Path) -> Vec<String> {
     let mut found = Vec::new();
-    let participants = scenario
-        .get_mut("participant")
-        .and_then(Value::as_array_mut);
+    let participants = scenario.get_mut("participant");
+    let participants = participants.and_then(Value::as_array_mut);
     let each = participants.into_iter().flatten();
-    each.filter_map(|participant| participant.get_mut("config"))
-        .for_each(|config| anchor(config, folder, &mut found));
+    for config in each.filter_map(|participant| participant.get_mut("config")) {
+        anchor(config, folder, &mut found);
+    }
     found
 }
 
@@ -27,12 +27,16 @@ fn anchor(value: &mut Value, folder: &Path, found: &mut Vec<String>) {
                 *text = path;
             }
         }
-        Value::Array(values) => values
-            .iter_mut()
-            .for_each(|value| anchor(value, folder, found)),
-        Value::Table(table) => table
-            .iter_mut()
-            .for_each(|(_, value)| anchor(value, folder, found)),
+        Value::Array(values) => {
+            values
+                .iter_mut()
+                .for_each(|value| anchor(value, folder, found));
+        }
+        Value::Table(table) => {
+            table
+                .iter_mut()
+                .for_each(|(_, value)| anchor(value, folder, found));
+        }
         _ => {}
     }
 }

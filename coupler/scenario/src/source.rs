@@ -40,6 +40,7 @@ impl ScenarioSource {
             let origin = if inside { "perhaps from" } else { "from" };
             format!("{} ({origin} --set {set})", error.problem)
         });
+        let comma = || set.and_then(|(set, _)| decimal_comma(set, set.len()));
         let file = || NamedSource::new(&self.name, self.text.clone()).with_language("TOML");
         let span = self.span(&key).filter(|_| set.is_none());
         Error::Scenario(Box::new(ScenarioError {
@@ -47,9 +48,7 @@ impl ScenarioSource {
             // A user's name may contain control sequences of a terminal.
             key: key.replace(char::is_control, "?"),
             problem,
-            help: error
-                .help
-                .or_else(|| set.and_then(|(set, _)| decimal_comma(set, set.len()))),
+            help: error.help.or_else(comma),
             source_file: set.is_none().then(file),
             span: span.map(Into::into),
         }))
@@ -128,9 +127,10 @@ fn pick<'a, 'i>(
 
 /// Splits `participant[0].config.mesh` into its parts; an index is a part of its own.
 pub fn segments(key: &str) -> Vec<String> {
-    key.split(['.', '['])
-        .map(|part| part.trim_end_matches(']').to_string())
+    let parts = key.split(['.', '[']).map(|part| part.trim_end_matches(']'));
+    parts
         .filter(|part| !part.is_empty())
+        .map(String::from)
         .collect()
 }
 
@@ -142,10 +142,8 @@ pub(crate) fn decimal_comma(text: &str, at: usize) -> Option<String> {
     let mut values = line.split('=').skip(1).map(str::trim_start);
     values.find_map(|value| {
         let (whole, rest) = value.split_once(',')?;
-        let length = rest
-            .find(|c: char| !c.is_ascii_digit())
-            .unwrap_or(rest.len());
-        let part = &rest[..length];
+        let end = rest.find(|c: char| !c.is_ascii_digit());
+        let part = &rest[..end.unwrap_or(rest.len())];
         let is_one = is_number(whole.trim_start_matches(['-', '+'])) && is_number(part);
         is_one.then(|| format!("numbers have a decimal point: write {whole}.{part}"))
     })

@@ -73,10 +73,8 @@ impl ComplianceState {
         let sizes = || group.force_driven.iter().map(|side| 2 * side.range.len());
         let mut all = self.by_substeps.values();
         all.all(|blocks| {
-            blocks
-                .iter()
-                .map(|block| block.matrix.shape())
-                .eq(sizes().map(|n| (n, n)))
+            let shapes = blocks.iter().map(|block| block.matrix.shape());
+            shapes.eq(sizes().map(|n| (n, n)))
         })
     }
 }
@@ -149,9 +147,8 @@ impl Compliance {
         let window = group.clock.window(0, 0, group.clock.substeps);
         self.prepare(participants, group, &window)?;
         let blocks = self.state.by_substeps[&window.substeps].iter();
-        Ok(Some(
-            blocks.map(|block| &block.matrix / self.factor).collect(),
-        ))
+        let columns = blocks.map(|block| &block.matrix / self.factor);
+        Ok(Some(columns.collect()))
     }
 
     /// Makes C for this window and sets the boundaries for it, unless both are ready.
@@ -252,9 +249,8 @@ fn condensed(group: &Group, side: &Side, blocks: &[Block]) -> DMatrix<f64> {
         let own = group.mapping.block(&side.range, &continuum.range);
         own.condense(&block.matrix)
     });
-    parts
-        .reduce(|whole, part| whole + part)
-        .expect("a group has a continuum")
+    let whole = parts.reduce(|whole, part| whole + part);
+    whole.expect("a group has a continuum")
 }
 
 #[cfg(test)]

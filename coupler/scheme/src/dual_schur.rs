@@ -49,10 +49,9 @@ pub fn solve(
     repeats_max: u32,
     mut window: Window,
 ) -> Result<SolvedWindow> {
-    let repeats_max = if update == Update::Cheap {
-        1
-    } else {
-        repeats_max
+    let repeats_max = match update {
+        Update::Cheap => 1,
+        _ => repeats_max,
     };
     let mut lambda = problem.start.lambda.clone();
     problem.prepare_boundaries(&window)?;

@@ -278,10 +278,9 @@ fn refuse_above_limit(
 }
 
 fn greatest_common_divisor(a: u32, b: u32) -> u32 {
-    if b == 0 {
-        a
-    } else {
-        greatest_common_divisor(b, a % b)
+    match b {
+        0 => a,
+        b => greatest_common_divisor(b, a % b),
     }
 }
 

@@ -105,10 +105,8 @@ impl Mapping {
     /// Inserts another mapping at the point `first_point` and the node `first_node`.
     pub fn put(&mut self, first_point: usize, first_node: usize, other: &Mapping) {
         for (row, theirs) in self.rows[first_point..].iter_mut().zip(&other.rows) {
-            let moved = theirs
-                .iter()
-                .map(|(node, weight)| (first_node + node, *weight));
-            *row = moved.collect();
+            let moved = |(node, weight): &(usize, f64)| (first_node + node, *weight);
+            *row = theirs.iter().map(moved).collect();
         }
     }
 
@@ -117,9 +115,8 @@ impl Mapping {
         let rows = self.rows[points.clone()].iter();
         let inside = |row: &Vec<(usize, f64)>| {
             let inside = row.iter().filter(|(node, _)| nodes.contains(node));
-            inside
-                .map(|(node, weight)| (node - nodes.start, *weight))
-                .collect()
+            let moved = inside.map(|(node, weight)| (node - nodes.start, *weight));
+            moved.collect()
         };
         Mapping {
             rows: rows.map(inside).collect(),
@@ -132,10 +129,8 @@ impl Mapping {
         let mut result = Vec::with_capacity(2 * self.rows.len());
         for row in &self.rows {
             for k in 0..2 {
-                let moved = row
-                    .iter()
-                    .map(|(node, weight)| weight * nodal[2 * node + k]);
-                result.push(moved.sum());
+                let part = |(node, weight): &(usize, f64)| weight * nodal[2 * node + k];
+                result.push(row.iter().map(part).sum());
             }
         }
         result

@@ -53,11 +53,8 @@ pub fn massless_node(masses: &DMatrix<f64>) -> Option<usize> {
 /// A matrix over nodes as one over both of their components.
 pub fn both_components(nodal: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(2 * nodal.nrows(), 2 * nodal.ncols(), |i, j| {
-        if i % 2 == j % 2 {
-            nodal[(i / 2, j / 2)]
-        } else {
-            0.0
-        }
+        let is_same = i % 2 == j % 2;
+        if is_same { nodal[(i / 2, j / 2)] } else { 0.0 }
     })
 }
 

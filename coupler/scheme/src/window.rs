@@ -170,10 +170,9 @@ impl WindowVerdict {
 
     /// The reasons against accepting the window.
     pub fn faults(self) -> Vec<WindowFault> {
-        if self.starved.is_empty() {
-            self.open
-        } else {
-            self.starved
+        match self.starved.is_empty() {
+            true => self.open,
+            false => self.starved,
         }
     }
 }

@@ -10,7 +10,7 @@ use super::start::listen;
 use coordinator::participants::Registry;
 use lab::bench::{exchange, participant, stability};
 use lab::conform::tested::ConformOptions;
-use scenario::error::{CHECK_FAILED, Error, Refusal};
+use scenario::error::{CHECK_FAILED, Refusal};
 use scenario::load::load;
 
 /// Arguments of `bench`.
@@ -57,20 +57,19 @@ struct ExchangeArguments {
 
 /// Measures, and prints a table or JSON.
 pub fn bench(arguments: &BenchArguments, registry: &Registry) -> VerbResult {
-    match arguments.what {
-        What::Exchange(ref arguments) => exchange(arguments, registry)?,
-        What::Stability { ref out } => {
+    match &arguments.what {
+        What::Exchange(arguments) => exchange(arguments, registry),
+        What::Stability { out } => {
             let findings = stability::bench(out)?;
             print(&findings.table())?;
-            return Ok(if findings.hold() { 0 } else { CHECK_FAILED });
+            Ok(if findings.hold() { 0 } else { CHECK_FAILED })
         }
-        What::Echo => exchange::echo().map_err(Refusal::from)?,
+        What::Echo => Ok(exchange::echo().map(|()| 0).map_err(Refusal::from)?),
     }
-    Ok(0)
 }
 
 /// Times the shipped echo, or a participant.
-fn exchange(arguments: &ExchangeArguments, registry: &Registry) -> Result<(), Error> {
+fn exchange(arguments: &ExchangeArguments, registry: &Registry) -> VerbResult {
     let json = arguments.json;
     let command = Some(&arguments.command[..]).filter(|words| !words.is_empty());
     let (loaded, name) = match (&arguments.scenario, &arguments.participant, command) {
@@ -88,7 +87,7 @@ fn exchange(arguments: &ExchangeArguments, registry: &Registry) -> Result<(), Er
 }
 
 /// A table, or JSON.
-fn show(rows: impl serde::Serialize, json: bool) -> Result<(), Error> {
+fn show(rows: impl serde::Serialize, json: bool) -> VerbResult {
     let rows = serde_json::to_value(rows).expect("rows are plain numbers");
     print_rows(&rows, json, table)
 }

@@ -56,11 +56,8 @@ impl BudgetArguments {
                     (chosen, Some(wall_s), Some(*limit_s))
                 }
             };
-            if let Some(set) = scenario
-                .set
-                .iter()
-                .find(|set| overridden(set, &chosen.setting.set))
-            {
+            let mut sets = scenario.set.iter();
+            if let Some(set) = sets.find(|set| overridden(set, &chosen.setting.set)) {
                 let problem = format!(
                     "{set} has no effect: the budget sets this key from the study `{}`; remove --set or --budget",
                     study.study
@@ -86,10 +83,7 @@ impl BudgetArguments {
 
 /// True if these overrides give the key of `set` another value.
 fn overridden(set: &str, by: &[String]) -> bool {
-    let value = |set: &str| {
-        set.split_once('=')
-            .map(|(_, value)| parse_value(value.trim()))
-    };
+    let value = |set: &str| Some(parse_value(set.split_once('=')?.1.trim()));
     let mut same = by.iter().filter(|other| key_of(other) == key_of(set));
     same.any(|other| value(other) != value(set))
 }

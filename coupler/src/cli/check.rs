@@ -9,7 +9,6 @@ use coordinator::participants::Registry;
 use coordinator::run::check::check as check_scenario;
 use coordinator::run::session::Ended;
 use coordinator::summary::Summary;
-use runs::warning::Warning;
 use scenario::error::{CHECK_FAILED, Error};
 use scenario::load::Loaded;
 use scenario::schema::schema;
@@ -36,8 +35,7 @@ pub struct CheckArguments {
 /// Checks a scenario; an error ends with exit code 2.
 pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     let Some(scenario) = &arguments.scenario else {
-        print(&format!("{:#}", schema_of(registry)))?;
-        return Ok(0);
+        return print(&format!("{:#}", schema_of(registry)));
     };
     let mut loaded = scenario.load()?;
     let threads = scenario.threads();
@@ -52,19 +50,15 @@ pub fn check(arguments: &CheckArguments, registry: &Registry) -> VerbResult {
     if let Some((name, _)) = foreign(&loaded.scenario)
         && !arguments.allow_commands
     {
-        print(&format!(
+        return print(&format!(
             "stability and cost: not predicted, participant {name} is a foreign program; --allow-commands starts it"
-        ))?;
-        return Ok(0);
+        ));
     }
     let deadlines = &mut loaded.scenario.run.deadlines;
     deadlines.setup_s = deadlines.setup_s.min(SETUP_S);
     let ended = rehearse(&loaded, threads, registry)?;
-    let foreseen = ended.summary.foreseen_warnings();
-    let foreseen = foreseen
-        .iter()
-        .filter(|warning| !warnings.contains(warning));
-    let foreseen: Vec<Warning> = foreseen.cloned().collect();
+    let mut foreseen = ended.summary.foreseen_warnings().to_vec();
+    foreseen.retain(|warning| !warnings.contains(warning));
     for warning in &foreseen {
         print(&warning.line())?;
     }
@@ -97,26 +91,16 @@ fn predictions(ended: Ended) -> Result<(Vec<String>, Option<Error>), Error> {
     let mut lines = summary.foreseen.clone();
     let predicted = summary.spent.as_ref().and_then(|spent| spent.told);
     match (predicted, ended.error) {
-        (_, Some(error @ Error::Interrupted { .. })) => Err(error),
-        (Some(cost), _) => {
-            lines.extend(cost_lines(summary, &cost));
-            Ok((lines, None))
-        }
-        (
-            None,
-            Some(Error::Deadline {
-                peer,
-                key: "setup_s",
-                ..
-            }),
-        ) => {
+        (_, Some(error @ Error::Interrupted { .. })) => return Err(error),
+        (Some(cost), _) => lines.extend(cost_lines(summary, &cost)),
+        (None, Some(Error::Deadline { peer, key, .. })) if key == "setup_s" => {
             lines.push(format!(
                 "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the prepared sample, and later checks are quick"
             ));
-            Ok((lines, None))
         }
-        (None, refused) => Ok((lines, refused)),
+        (None, refused) => return Ok((lines, refused)),
     }
+    Ok((lines, None))
 }
 
 fn cost_lines(summary: &Summary, cost: &CostPrediction) -> Vec<String> {
@@ -168,15 +152,11 @@ fn work_line(name: &str, participant: &Value) -> Option<String> {
 
 /// Modes and near field of each reduced body.
 fn reduced_lines(results: &Map<String, Value>) -> Vec<String> {
-    let bodies = results
-        .keys()
-        .filter_map(|name| name.strip_suffix("reduced_modes"));
+    let names = results.keys();
+    let bodies = names.filter_map(|name| name.strip_suffix("reduced_modes"));
     let line = |body: &str| {
-        let of = |name: &str| {
-            results
-                .get(&format!("{body}reduced_{name}"))
-                .map_or(0.0, number)
-        };
+        let value = |name: &str| results.get(&format!("{body}reduced_{name}"));
+        let of = |name: &str| value(name).map_or(0.0, number);
         format!(
             "reduced: {body}{} modes up to {:.3e} 1/s, the first one left out has {:.2} periods in a window; {:.2} of the flexibility is massless; near field {:.2e} m, {:.2} of a change of force returns one window later",
             of("modes"),

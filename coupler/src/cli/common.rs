@@ -60,10 +60,7 @@ impl ScenarioArguments {
 /// A scenario as it is found from any folder: the absolute path of its file, or the name of a shipped scene.
 pub(super) fn from_anywhere(scenario: &str, loaded: &Loaded) -> String {
     let file = Path::new(&loaded.source.name);
-    let full = file
-        .is_file()
-        .then(|| std::path::absolute(file).ok())
-        .flatten();
+    let full = std::path::absolute(file).ok().filter(|_| file.is_file());
     full.map_or(scenario.to_string(), |path| path.display().to_string())
 }
 
@@ -119,10 +116,8 @@ pub(super) fn refuse_commands(scenario: &Scenario) -> Result<(), Error> {
 pub(super) fn foreign(scenario: &Scenario) -> Option<(&str, &[String])> {
     let mut participants = scenario.participant.iter();
     participants.find_map(|p| {
-        Some((
-            p.name.as_str(),
-            p.launch.as_deref().or(p.command.as_deref())?,
-        ))
+        let own = p.launch.as_deref().or(p.command.as_deref())?;
+        Some((p.name.as_str(), own))
     })
 }
 
@@ -153,20 +148,20 @@ pub struct RecoverArgument {
 /// Exit code of a verb, or its error.
 pub(super) type VerbResult = Result<i32, Error>;
 
-/// Prints results. A closed pipe is no error, but a full disk is.
-pub(super) fn print(text: &str) -> Result<(), Error> {
+/// Prints results; the exit code is 0. A closed pipe is no error, but a full disk is.
+pub(super) fn print(text: &str) -> VerbResult {
     match writeln!(std::io::stdout().lock(), "{text}") {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Error::output("stdout")(error)),
-        _ => Ok(()),
+        _ => Ok(0),
     }
 }
 
-/// Prints rows as JSON, or as a table.
+/// Prints rows as JSON, or as a table; the exit code is 0.
 pub(super) fn print_rows<R: Serialize + ?Sized>(
     rows: &R,
     json: bool,
     table: impl FnOnce(&R) -> String,
-) -> Result<(), Error> {
+) -> VerbResult {
     print(&match json {
         true => json!({ "results": rows }).to_string(),
         false => table(rows),

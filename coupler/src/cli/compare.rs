@@ -70,8 +70,7 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
                 Err(why) => json!({ "why": why }),
             };
         }
-        print(&json.to_string())?;
-        return Ok(0);
+        return print(&json.to_string());
     }
     comparison.results.retain(|name, _| !results::is_old(name));
     let runs = [
@@ -84,8 +83,7 @@ pub fn compare(arguments: &CompareArguments) -> VerbResult {
         Err(why) => format!("error_{name:<36}{why}\n"),
     });
     let tables = tables(&comparison, arguments.all);
-    print(&(heads.concat() + &errors.collect::<String>() + &tables))?;
-    Ok(0)
+    print(&(heads.concat() + &errors.collect::<String>() + &tables))
 }
 
 /// Renames a column of the reference to the run's name for it.

@@ -42,14 +42,10 @@ pub fn explain(arguments: &ExplainArguments, registry: &Registry) -> VerbResult 
     let table = word.rsplit_once('.').map(|(table, _)| format!(".{table}."));
     let is_table = table.is_some_and(|table| keys.iter().any(|(key, _)| key.contains(&table)));
     let result = results::explained(word).filter(|_| !is_table);
-    let texts: Vec<String> = code
-        .into_iter()
-        .chain(result)
-        .chain(matching(&keys, word))
-        .collect();
+    let mut texts = Vec::from_iter(code.into_iter().chain(result));
+    texts.extend(matching(&keys, word));
     if !texts.is_empty() {
-        print(&texts.join("\n\n"))?;
-        return Ok(0);
+        return print(&texts.join("\n\n"));
     }
     let explanations = explanations().into_iter();
     let mut all: Vec<&str> = explanations.map(|explanation| explanation.code).collect();
@@ -103,22 +99,13 @@ pub(super) fn keys(registry: &Registry) -> Vec<(String, String)> {
     let mut found = Vec::new();
     let properties = &schema["properties"];
     walk("run", &properties["run"], &mut found);
-    walk(
-        "interface.NAME",
-        &properties["interface"]["items"],
-        &mut found,
-    );
-    walk(
-        "participant.NAME",
-        &properties["participant"]["items"],
-        &mut found,
-    );
+    for list in ["interface", "participant"] {
+        let items = &properties[list]["items"];
+        walk(&format!("{list}.NAME"), items, &mut found);
+    }
     for (kind, own) in schema["$defs"].as_object().into_iter().flatten() {
-        walk(
-            &format!("participant.NAME.config ({kind})"),
-            own,
-            &mut found,
-        );
+        let path = format!("participant.NAME.config ({kind})");
+        walk(&path, own, &mut found);
     }
     found.sort();
     found.dedup_by(|a, b| a.0 == b.0);

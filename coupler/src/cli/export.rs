@@ -108,8 +108,7 @@ fn trace(arguments: &ExportArguments, out: Option<&Path>) -> VerbResult {
     }
     let megabytes = 1e-6 * traced.bytes as f64;
     print(&format!("{} events, {megabytes:.1} MB", traced.events))?;
-    print(&out.display().to_string())?;
-    Ok(0)
+    print(&out.display().to_string())
 }
 
 fn refuse_existing(out: &Path) -> Result<(), Error> {

@@ -21,12 +21,10 @@ pub fn man(arguments: &ManArguments, command: clap::Command) -> VerbResult {
         let mut page = Vec::new();
         let rendered = Man::new(command).render(&mut page);
         rendered.map_err(Error::output("the manual page"))?;
-        print(String::from_utf8_lossy(&page).trim_end())?;
-        return Ok(0);
+        return print(String::from_utf8_lossy(&page).trim_end());
     };
     fs::create_dir_all(folder)
         .and_then(|()| generate_to(command, folder))
         .map_err(Error::output(folder.display()))?;
-    print(&format!("man -l {}", folder.join("thirdbody.1").display()))?;
-    Ok(0)
+    print(&format!("man -l {}", folder.join("thirdbody.1").display()))
 }

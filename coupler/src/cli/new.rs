@@ -42,8 +42,7 @@ pub fn new(arguments: &NewArguments, registry: &Registry) -> VerbResult {
     for (file, _) in &files {
         print(&folder.join(file).display().to_string())?;
     }
-    print(&next(&files, &folder))?;
-    Ok(0)
+    print(&next(&files, &folder))
 }
 
 /// Names the run of a copied scene after its folder, and records the name of the original scene.

@@ -80,8 +80,7 @@ pub fn new_node(arguments: &NewNodeArguments) -> VerbResult {
     }
     print(&format!(
         "  thirdbody conform --scenario {folder} --participant rail\n  thirdbody run {folder}"
-    ))?;
-    Ok(0)
+    ))
 }
 
 /// Refuses a name that a crate or a folder cannot have.
@@ -115,9 +114,6 @@ fn nearby() -> Option<PathBuf> {
     let places: Vec<PathBuf> = places.into_iter().flatten().collect();
     let above = places.iter().flat_map(|place| place.ancestors());
     let mut crates = above.map(|folder| folder.join("protocol"));
-    crates.find(|found| {
-        ["Cargo.toml", "WIRE.md"]
-            .iter()
-            .all(|file| found.join(file).is_file())
-    })
+    let files = ["Cargo.toml", "WIRE.md"];
+    crates.find(|found| files.iter().all(|file| found.join(file).is_file()))
 }

@@ -66,5 +66,5 @@ pub(super) fn conclude(ended: Ended, ending: EndingArguments) -> VerbResult {
         false => table(&ended.path, summary.value(), &summary.warnings, ending.all),
     });
     let code = ended.summary.exit_code;
-    ended.error.map_or(printed, Err).map(|()| code)
+    ended.error.map_or(printed, Err).map(|_| code)
 }

@@ -22,10 +22,8 @@ pub struct ScenesArguments {
 pub fn scenes(arguments: &ScenesArguments) -> VerbResult {
     let mut listed = listing();
     if let Some(tag) = &arguments.tag {
-        let known: BTreeSet<&str> = listed
-            .iter()
-            .flat_map(|one| one.about.tags.iter().map(String::as_str))
-            .collect();
+        let tags = listed.iter().flat_map(|one| &one.about.tags);
+        let known: BTreeSet<&str> = tags.map(String::as_str).collect();
         if !known.contains(tag.as_str()) {
             let known = Vec::from_iter(known);
             let problem = format!("no entry has this tag; {}", proposal(tag, "tags", &known));
@@ -33,8 +31,7 @@ pub fn scenes(arguments: &ScenesArguments) -> VerbResult {
         }
         listed.retain(|one| one.about.tags.contains(tag));
     }
-    print_rows(&listed[..], arguments.json, table)?;
-    Ok(0)
+    print_rows(&listed[..], arguments.json, table)
 }
 
 fn table(listed: &[Listed]) -> String {

@@ -51,7 +51,12 @@ pub(super) fn run(
     let runs: Vec<Value> = rows()
         .map(|row| json!({ "seed": row.task.values[0], "path": path(row), "status": row.status, "exit_code": row.exit_code, "message": row.message }))
         .collect();
-    let values: Map<String, Value> = means.iter().map(of_json).collect();
+    let values = means.iter().map(|of| {
+        let SeedMean { mean, values, .. } = of;
+        let value = json!({ "mean": mean, "half_width_95": of.half_width, "values": values });
+        (of.name.clone(), value)
+    });
+    let values: Map<String, Value> = values.collect();
     let ensemble = json!({ "folder": opened.folder, "runs": runs, "results": values });
     write_in(&opened.folder, "means.json", &format!("{ensemble:#}\n"))?;
     if json {
@@ -63,15 +68,10 @@ pub(super) fn run(
             opened.folder.display()
         ))?;
         for run in &runs {
-            let text = |key: &str| run[key].as_str().unwrap_or_default();
-            let line = format!(
-                "seed {:<4} {} {} {}",
-                text("seed"),
-                text("status"),
-                text("path"),
-                text("message")
-            );
-            print(line.trim_end())?;
+            let texts = ["seed", "status", "path", "message"];
+            let [seed, status, path, message] =
+                texts.map(|key| run[key].as_str().unwrap_or_default());
+            print(format!("seed {seed:<4} {status} {path} {message}").trim_end())?;
         }
         print("Mean, half-width of its 95 % interval, lowest to highest")?;
         print(&lines(&means, all).join("\n"))?;
@@ -92,18 +92,14 @@ fn opened(
 ) -> Result<OpenStudy, Error> {
     let loaded = scenario.load()?;
     let run = &loaded.scenario.run;
-    let folder = out.map_or_else(
-        || format!("runs/{}-seeds", run.name).into(),
-        Path::to_path_buf,
-    );
+    let named = || format!("runs/{}-seeds", run.name).into();
+    let folder = out.map_or_else(named, Path::to_path_buf);
     let folder = std::path::absolute(&folder).map_err(Error::output(folder.display()))?;
     let last = run.seed.checked_add(count - 1);
     if last.is_none_or(|last| i64::try_from(last).is_err()) {
-        let problem = format!(
-            "counts up from run.seed = {} to more than {}: lower run.seed",
-            run.seed,
-            i64::MAX
-        );
+        let (seed, most) = (run.seed, i64::MAX);
+        let problem =
+            format!("counts up from run.seed = {seed} to more than {most}: lower run.seed");
         return Err(Refusal::argument(format!("--seeds {count}"), problem).into());
     }
     let set = scenario.set.iter().filter(|set| key_of(set) != SEED);
@@ -116,17 +112,4 @@ fn opened(
     let text = toml::to_string(&study).expect("its seeds are integers of TOML");
     let file = write_in(&folder, scenes::STUDY, &text)?;
     OpenStudy::of(Plan::read(&file, false, &[])?, folder)
-}
-
-fn of_json(of: &SeedMean) -> (String, Value) {
-    let SeedMean {
-        mean,
-        half_width,
-        values,
-        ..
-    } = of;
-    (
-        of.name.clone(),
-        json!({ "mean": mean, "half_width_95": half_width, "values": values }),
-    )
 }

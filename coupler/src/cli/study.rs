@@ -152,33 +152,23 @@ impl PlaceArguments {
 pub fn study(arguments: &StudyArguments, registry: &Registry) -> VerbResult {
     match &arguments.verb {
         StudyVerb::New(arguments) => {
-            let file = study_new::new(arguments, registry)?;
-            plan(
-                &PlaceArguments {
-                    file,
-                    ..Default::default()
-                },
-                registry,
-            )
+            let place = PlaceArguments {
+                file: study_new::new(arguments, registry)?,
+                ..PlaceArguments::default()
+            };
+            plan(&place, registry)
         }
         StudyVerb::Plan(place) => plan(place, registry),
         StudyVerb::Run { place, engine } => run(&place.open()?, engine, registry),
         StudyVerb::Status(place) => status(&place.open()?),
         StudyVerb::Collect(place) => collect(&place.open()?),
-        StudyVerb::Report { folder } => {
-            print(&report::study::write(folder)?.display().to_string())?;
-            Ok(0)
-        }
+        StudyVerb::Report { folder } => print(&report::study::write(folder)?.display().to_string()),
         StudyVerb::Exec(arguments) => exec(arguments, registry),
     }
 }
 
-fn threads_of(plan: &Plan) -> u16 {
-    plan.file.study.threads
-}
-
 fn quiet<'a>(plan: &Plan, registry: &'a Registry) -> Result<RunOptions<'a>, Error> {
-    options(None, threads_of(plan).into(), registry)
+    options(None, plan.file.study.threads.into(), registry)
 }
 
 /// Prints one line per task, and keeps the list and the cost of the first task in the folder.
@@ -211,7 +201,7 @@ fn refused<'a>(
     registry: &Registry,
 ) -> impl Iterator<Item = (&'a Task, Error)> {
     let mut seen = BTreeSet::new();
-    let threads = threads_of(&opened.plan).into();
+    let threads = opened.plan.file.study.threads.into();
     opened.tasks.iter().filter_map(move |task| {
         let values = task.values.iter().enumerate();
         let new = values.filter(|value| seen.insert(*value)).count();
@@ -256,7 +246,7 @@ pub(super) fn do_runs(
     }
     let mut progress = StudyProgress::new(opened);
     let forecast = predict(opened, registry)?;
-    let threads_each = threads_of(&opened.plan);
+    let threads_each = opened.plan.file.study.threads;
     match engine.engine {
         Engine::Local => {
             let cores = threads(None) / usize::from(threads_each);
@@ -301,10 +291,11 @@ fn collect(opened: &OpenStudy) -> VerbResult {
         ("front.csv", digest.front_csv()),
         ("means.csv", digest.means_csv()),
     ];
-    for (name, text) in tables {
-        if let Some(text) = text {
-            write(name, &text)?;
-        }
+    for (name, text) in tables
+        .iter()
+        .filter_map(|(name, text)| Some((name, text.as_ref()?)))
+    {
+        write(name, text)?;
     }
     if results.rows.iter().any(|row| row.exit_code.is_some()) {
         for (name, svg) in digest.pictures() {
@@ -317,7 +308,9 @@ fn collect(opened: &OpenStudy) -> VerbResult {
         if opened.plan.file.reference.is_given() {
             match StoredStudy::of(&results) {
                 Ok(stored) => drop(write("study.json", &(stored.json() + "\n"))?),
-                Err(why) => print(&format!("\nno study.json for `run --budget`: {why}"))?,
+                Err(why) => {
+                    print(&format!("\nno study.json for `run --budget`: {why}"))?;
+                }
             }
         }
         print("")?;
@@ -373,7 +366,9 @@ fn status(opened: &OpenStudy) -> VerbResult {
         runs.len(),
         opened.tasks.len(),
     ))?;
-    lines.iter().try_for_each(|line| print(line))?;
+    for line in lines {
+        print(&line)?;
+    }
     let left = waiting + running > 0;
     Ok(if left { CHECK_FAILED } else { 0 })
 }

@@ -104,13 +104,11 @@ pub fn first_choice<T>(
             Err(reason) => why.push(format!("{}: {reason}", path.display())),
         }
     }
-    let problem = || {
-        format!(
-            "no study covers this scene, so its errors are unknown: {}; `thirdbody tune` makes a study, or give one with --study",
-            why.join("; ")
-        )
-    };
-    Err(refused.unwrap_or_else(|| Refusal::argument("--budget", problem()).into()))
+    let problem = format!(
+        "no study covers this scene, so its errors are unknown: {}; `thirdbody tune` makes a study, or give one with --study",
+        why.join("; ")
+    );
+    Err(refused.unwrap_or_else(|| Refusal::argument("--budget", problem).into()))
 }
 
 impl<'a> SceneSettings<'a> {
@@ -168,12 +166,8 @@ impl<'a> SceneSettings<'a> {
         let fits = |c: &&Candidate| indices.iter().all(|k| c.predictions[*k].bound <= error);
         let fitting = self.candidates.iter().filter(fits);
         let cheapest = fitting.min_by(|a, b| a.setting.cpu_rel.total_cmp(&b.setting.cpu_rel));
-        Ok(cheapest.ok_or_else(|| {
-            refuse(
-                "no setting of the study is known to keep this error, not even its reference"
-                    .into(),
-            )
-        })?)
+        let none = "no setting of the study is known to keep this error, not even its reference";
+        Ok(cheapest.ok_or_else(|| refuse(none.into()))?)
     }
 
     /// The setting with these overrides.
@@ -229,10 +223,9 @@ impl<'a> SceneSettings<'a> {
         let errors = self.study.measures.iter().zip(&chosen.predictions);
         let errors = errors.map(|(measure, prediction)| {
             let [expected, bound] = [prediction.expected, prediction.bound].map(percent);
-            let scenes = if self.study.seedless {
-                "with any seed".into()
-            } else {
-                format!("below {bound} % in 39 of 40 scenes")
+            let scenes = match self.study.seedless {
+                true => "with any seed".into(),
+                false => format!("below {bound} % in 39 of 40 scenes"),
             };
             format!("{} {expected} % ({scenes})", measure.name)
         });

@@ -10,19 +10,16 @@ type Line<'a> = (String, Vec<(f64, &'a EnsembleMean)>);
 
 /// The picture, a panel for each curve; `None` without curves.
 pub fn curves(means: &[EnsembleMean], curves: &[CurveConfig]) -> Option<String> {
-    let drawn: Vec<(&CurveConfig, Vec<Line>)> = curves
-        .iter()
-        .map(|curve| (curve, lines(means, curve)))
-        .collect();
+    let drawn = curves.iter().map(|curve| (curve, lines(means, curve)));
+    let drawn: Vec<(&CurveConfig, Vec<Line>)> = drawn.collect();
     let longest = drawn.iter().map(|(_, lines)| lines.len()).max()?;
     let mut page = Page::new(drawn.len(), longest + 1);
     for (curve, lines) in &drawn {
         let all = || lines.iter().flat_map(|(_, points)| points);
         let known = || curve.reference.iter().flatten();
         let across = all().map(|(x, _)| *x).chain(known().map(|[x, _]| *x));
-        let reach = all()
-            .flat_map(|(_, of)| of.reach())
-            .map(|y| y / curve.y_over);
+        let reach = all().flat_map(|(_, of)| of.reach());
+        let reach = reach.map(|y| y / curve.y_over);
         let axes = [
             PlotAxis::around(&curve.words[0], across, 8),
             PlotAxis::around(&curve.words[1], reach.chain(known().map(|[_, y]| *y)), 8),
@@ -47,10 +44,8 @@ pub fn curves(means: &[EnsembleMean], curves: &[CurveConfig]) -> Option<String> 
 
 fn lines<'a>(means: &'a [EnsembleMean], curve: &CurveConfig) -> Vec<Line<'a>> {
     let along = |of: &EnsembleMean| {
-        let mut same = means
-            .iter()
-            .filter(|x| x.name == curve.x && x.chosen == of.chosen);
-        same.next().map(|x| x.mean / curve.x_over)
+        let is_it = |x: &&EnsembleMean| x.name == curve.x && x.chosen == of.chosen;
+        means.iter().find(is_it).map(|x| x.mean / curve.x_over)
     };
     let mut lines: Vec<Line> = Vec::new();
     for of in means.iter().filter(|of| of.name == curve.y) {

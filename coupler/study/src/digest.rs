@@ -36,12 +36,7 @@ impl<'a> Digest<'a> {
         let fronts = measures.iter().enumerate().map(|(index, name)| {
             let trade = |setting: usize, error: Option<f64>| {
                 let cost = settings[setting].price().filter(|cost| *cost > 0.0)?;
-                let error = error?;
-                Some(Trade {
-                    setting,
-                    cost,
-                    error,
-                })
+                Some(Trade::new(setting, cost, error?))
             };
             let all = || settings.iter().enumerate();
             let trades = all().filter(|(_, of)| stands(of));

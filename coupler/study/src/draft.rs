@@ -79,10 +79,8 @@ impl Draft {
 /// The cases of a choice at these levels, with the scene's values of the other choices; levels that the choice lacks are left out.
 pub fn cases(knobs: &Knobs, knob: Knob, levels: &[f64]) -> Cases {
     let case = |level: &f64| {
-        Some((
-            knobs.value(knob, &knob.alone(*level))?,
-            knobs.at(knob, *level)?,
-        ))
+        let value = knobs.value(knob, &knob.alone(*level))?;
+        Some((value, knobs.at(knob, *level)?))
     };
     levels.iter().filter_map(case).collect()
 }
@@ -143,11 +141,9 @@ fn under_wheel<'a>(knobs: &Knobs<'a>) -> Option<&'a str> {
 
 /// Measures of the surface below a wheel that [`measures`] leaves out: the shear, and the vector of pressure and shear.
 pub fn further_measures(knobs: &Knobs) -> Vec<Measure> {
-    let names = under_wheel(knobs).map(|name| {
-        [("shear", "shear_pa"), ("traction", TRACTION)]
-            .map(|(word, of)| of_profile(knobs, name, word, of))
-    });
-    names.into_iter().flatten().collect()
+    let further = [("shear", "shear_pa"), ("traction", TRACTION)];
+    let of = |name| further.map(|(word, of)| of_profile(knobs, name, word, of));
+    under_wheel(knobs).map_or(Vec::new(), |name| of(name).into())
 }
 
 /// The L2 norm of a column of the profile, in bins of a few grains or elements.

@@ -68,13 +68,10 @@ pub fn ensemble(results: &Results) -> Vec<EnsembleMean> {
         let reference_values = reference.map(|setting| values(setting, measure));
         means.extend(settings.iter().filter_map(|setting| {
             let values = values(setting, measure);
-            let runs = setting
-                .rows
-                .iter()
-                .filter(|row| row.is_trusted() && row.numbers[measure].is_some());
-            let runs = runs.count();
-            let single =
-                || (values.len() == 1 && (!held || runs > 1)).then(|| [values[0], 0.0, 0.0]);
+            let rows = setting.rows.iter().filter(|row| row.is_trusted());
+            let runs = rows.filter(|row| row.numbers[measure].is_some()).count();
+            let is_single = values.len() == 1 && (!held || runs > 1);
+            let single = || is_single.then(|| [values[0], 0.0, 0.0]);
             let [mean, deviation, half_width] = mean_of(&values).or_else(single)?;
             let is_reference = setting.is_reference(results);
             let other = reference_values.as_ref().filter(|_| !is_reference);

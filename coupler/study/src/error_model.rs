@@ -53,11 +53,9 @@ impl KnobErrors {
                 return (vec![0.0], FIRST_ORDER);
             }
             let end = d(last - 1, last);
-            let has_ratio = last >= 2 && end > NOISE * floors[measure];
-            let ratio = if has_ratio {
-                (end / d(last - 2, last - 1)).clamp(RATIOS[0], RATIOS[1])
-            } else {
-                FIRST_ORDER
+            let ratio = match last >= 2 && end > NOISE * floors[measure] {
+                true => (end / d(last - 2, last - 1)).clamp(RATIOS[0], RATIOS[1]),
+                false => FIRST_ORDER,
             };
             let missed = end * ratio / (1.0 - ratio);
             let error = |level: usize| missed + if level == last { 0.0 } else { d(level, last) };
@@ -168,13 +166,12 @@ impl ErrorModel {
             if !self.knobs[k].is_known() {
                 return own;
             }
+            let mut measures = self.measures();
+            let has_part = measures.any(|m| error(k, m, setting[k]) >= bounds[m]);
             let small = |level: f64, share: f64| {
-                self.measures()
-                    .all(|m| error(k, m, level) <= share * self.target)
+                let mut measures = self.measures();
+                measures.all(|m| error(k, m, level) <= share * self.target)
             };
-            let has_part = self
-                .measures()
-                .any(|m| error(k, m, setting[k]) >= bounds[m]);
             let levels = KNOBS[k].reference_levels().iter().copied();
             let from = |least: f64| levels.clone().filter(move |level| *level >= least.max(own));
             let near = from(setting[k] + 0.5).next();
@@ -208,22 +205,17 @@ impl ErrorModel {
     /// All combinations of levels of the known choices, without longer windows for lighter grains.
     pub fn settings(&self) -> Vec<Levels> {
         let mut all = vec![[0.0; KNOBS.len()]];
-        for (k, knob) in KNOBS
-            .iter()
-            .enumerate()
-            .filter(|(k, _)| self.knobs[*k].is_known())
-        {
-            let levels = knob.levels().iter().copied();
+        let known = (0..KNOBS.len()).filter(|k| self.knobs[*k].is_known());
+        for k in known {
+            let levels = KNOBS[k].levels().iter().copied();
             let levels = levels.filter(|level| *level >= self.knobs[k].levels[0]);
             let with = |setting: &Levels, level: f64| {
                 let mut setting = *setting;
                 setting[k] = level;
                 setting
             };
-            let longer = all
-                .iter()
-                .flat_map(|setting| levels.clone().map(|level| with(setting, level)));
-            all = longer.collect();
+            let each = |setting| levels.clone().map(move |level| with(setting, level));
+            all = all.iter().flat_map(each).collect();
         }
         let [window, step, mass] = [Knob::Window, Knob::Step, Knob::MassScale].map(Knob::index);
         all.retain(|levels| levels[mass] <= 0.0 || levels[window].min(levels[step]) >= 0.0);

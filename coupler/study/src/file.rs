@@ -207,13 +207,11 @@ impl CurveConfig {
     /// # Errors
     /// The measure or the key, and its fault.
     pub fn check(&self, measures: &[&str]) -> Result<(), String> {
-        let unknown = [&self.x, &self.y]
-            .into_iter()
-            .find(|name| !measures.contains(&name.as_str()));
-        if let Some(name) = unknown {
+        let mut names = [&self.x, &self.y].into_iter();
+        if let Some(name) = names.find(|name| !measures.contains(&name.as_str())) {
+            let known = measures.join(", ");
             return Err(format!(
-                "curve: `{name}` is no measure of this study: {}",
-                measures.join(", ")
+                "curve: `{name}` is no measure of this study: {known}"
             ));
         }
         let scales = [("x_over", self.x_over), ("y_over", self.y_over)];
@@ -223,14 +221,12 @@ impl CurveConfig {
                 "curve.{key}: is {scale:?}, and must be a number other than 0"
             ));
         }
-        let known = self.reference.as_deref();
-        let drawn = |points: &[[f64; 2]]| {
+        let wrong = |points: &Vec<[f64; 2]>| {
             let mut numbers = points.as_flattened().iter();
-            points.len() > 1 && numbers.all(|number| number.is_finite())
+            points.len() < 2 || numbers.any(|number| !number.is_finite())
         };
-        if known.is_some_and(|points| !drawn(points))
-            || known.is_some() != self.reference_name.is_some()
-        {
+        let known = self.reference.as_ref();
+        if known.is_some_and(wrong) || known.is_some() != self.reference_name.is_some() {
             return Err(
                 "curve.reference: must be two or more points [x, y] of finite numbers, with curve.reference_name beside them".into(),
             );
@@ -280,47 +276,42 @@ impl StudyFile {
             return Err("at least one [[vary]] and one [[measure]] are needed".into());
         }
         for (index, vary) in self.vary.iter().enumerate() {
-            let choices = vary.choices();
-            let choices = choices.map_err(|why| format!("vary.{index} (`{}`): {why}", vary.key))?;
+            let about = format!("vary.{index} (`{}`)", vary.key);
+            let choices = vary.choices().map_err(|why| format!("{about}: {why}"))?;
             if choices.is_empty() {
-                return Err(format!("vary.{index} (`{}`): has no values", vary.key));
+                return Err(format!("{about}: has no values"));
             }
             // Rows are grouped by their values: equal values would count a run twice, or mix two runs.
             let numbers = choices.iter().map(|choice| as_number(&choice.text));
             let numbers = Vec::from_iter(numbers);
-            twice(
-                &format!("vary.{index} (`{}`)", vary.key),
-                numbers.iter().map(String::as_str),
-            )
-            .map_err(|why| format!("{why}: give each value once, and each case its own value"))?;
+            twice(&about, numbers.iter().map(String::as_str)).map_err(|why| {
+                format!("{why}: give each value once, and each case its own value")
+            })?;
         }
         twice("vary", self.vary.iter().map(|vary| vary.key.as_str()))?;
         twice("measure", self.measure.iter().map(|m| m.name.as_str()))?;
         self.check_reference()?;
         for measure in &self.measure {
-            measure
-                .check(self.reference.value.as_ref())
-                .map_err(|problem| format!("measure `{}`: {problem}", measure.name))?;
+            let checked = measure.check(self.reference.value.as_ref());
+            checked.map_err(|problem| format!("measure `{}`: {problem}", measure.name))?;
         }
         let names = Vec::from_iter(self.measure.iter().map(|m| m.name.as_str()));
         self.curve.iter().try_for_each(|curve| curve.check(&names))
     }
 
     fn check_reference(&self) -> Result<(), String> {
-        let Reference {
-            set, run, value, ..
-        } = &self.reference;
-        let given = [set.is_some(), run.is_some(), value.is_some()];
+        let of = &self.reference;
+        let given @ [set, run, value] = [of.set.is_some(), of.run.is_some(), of.value.is_some()];
         if given.iter().filter(|given| **given).count() > 1 {
             let why = "reference: give one of `set` (overrides of the scenario), `run` (a run directory) and `value` (exact numbers), or none";
             return Err(why.into());
         }
-        if set.is_none() && self.reference.perturbed() > 0 {
+        if !set && of.perturbed() > 0 {
             return Err(
                 "reference.perturb: is only for a reference that is a `set`; remove the key".into(),
             );
         }
-        if (run.is_some() || value.is_some()) && self.vary.iter().any(|vary| vary.scene) {
+        if (run || value) && self.vary.iter().any(|vary| vary.scene) {
             return Err("vary.scene: the reference runs again for each value of such a key, so it must be a `set`".into());
         }
         Ok(())

@@ -11,6 +11,17 @@ pub struct Trade {
     pub error: f64,
 }
 
+impl Trade {
+    /// A setting with this cost and error.
+    pub fn new(setting: usize, cost: f64, error: f64) -> Trade {
+        Trade {
+            setting,
+            cost,
+            error,
+        }
+    }
+}
+
 /// The settings on the front, cheapest first: each costs more and errs less than the one before it.
 pub fn front(trades: &[Trade]) -> Vec<Trade> {
     let mut sorted = trades.to_vec();

@@ -122,12 +122,9 @@ impl Measure {
     /// Refuses a norm that does not fit, and a result without an exact value if the reference consists of exact values.
     pub(super) fn check(&self, exact: Option<&BTreeMap<String, f64>>) -> Result<(), String> {
         plain("name", &self.name)?;
-        let Some((table, _)) = self.table() else {
-            return Err(format!(
-                "`of` must be signals.NAME, profile.NAME or results.NAME, got `{}`",
-                self.of
-            ));
-        };
+        let unknown =
+            |of| format!("`of` must be signals.NAME, profile.NAME or results.NAME, got `{of}`");
+        let (table, _) = self.table().ok_or_else(|| unknown(&self.of))?;
         let fits = match table {
             "results" => self.norm == Norm::At && self.at_s.is_none(),
             "signals" => (self.norm == Norm::At) == self.at_s.is_some(),

@@ -110,12 +110,8 @@ pub fn knobs(knobs: &[VariedKey], measures: &[String]) -> String {
     let mut page = Page::new(knobs.len(), measures.len() + 2);
     for knob in knobs {
         // The reference has no error, and an axis that included it would hide the others.
-        let drawn = || {
-            knob.positions
-                .iter()
-                .enumerate()
-                .filter(|(_, p)| !p.reference)
-        };
+        let all = || knob.positions.iter().enumerate();
+        let drawn = || all().filter(|(_, p)| !p.reference);
         let errors = || drawn().flat_map(|(_, p)| p.errors.iter().flatten());
         let least = BOTTOM * smallest(errors().copied());
         let height = |error: f64| 100.0 * error.max(least);
@@ -125,10 +121,8 @@ pub fn knobs(knobs: &[VariedKey], measures: &[String]) -> String {
             _ => 10f64.powi(k as i32),
         };
         let heights = errors().map(|error| height(*error));
-        let axes = [
-            value_axis(knob, number),
-            PlotAxis::logarithmic("error (%)", heights),
-        ];
+        let errors = PlotAxis::logarithmic("error (%)", heights);
+        let axes = [value_axis(knob, number), errors];
         page.draw(&axes, |svg, axes| {
             for (measure, noise) in knob.floors.iter().enumerate() {
                 let colour = COLOURS[measure % COLOURS.len()];
@@ -268,23 +262,20 @@ fn draw_curves(
         for (k, (_, line)) in lines.iter().enumerate() {
             let points = line.iter().map(|of| {
                 let own = along.and_then(|k| of.chosen.get(k));
-                let place = values
-                    .iter()
-                    .position(|v| own.is_some_and(|own| own.1 == *v));
+                let is_own = |v: &&str| own.is_some_and(|own| own.1 == *v);
+                let place = values.iter().position(is_own);
                 (factor * numbers[place.unwrap_or_default()], *of)
             });
             draw_means(svg, axes, k, unit, &Vec::from_iter(points), numeric);
         }
     });
-    for (k, (rest, _)) in lines
-        .iter()
-        .enumerate()
-        .filter(|(_, (rest, _))| !rest.is_empty())
-    {
-        let rest = rest
-            .iter()
-            .map(|(key, value)| value_words(&keys[*key], value));
-        page.words_of_line(k, &Vec::from_iter(rest).join(", "));
+    for (k, (rest, _)) in lines.iter().enumerate() {
+        if !rest.is_empty() {
+            let words = rest
+                .iter()
+                .map(|(key, value)| value_words(&keys[*key], value));
+            page.words_of_line(k, &Vec::from_iter(words).join(", "));
+        }
     }
     if reference.is_some() {
         page.words(BLACK, "dashed across the panel: the reference");
@@ -322,10 +313,8 @@ pub(super) fn draw_means(
 fn line_style(number: usize) -> String {
     let dashes = ["", " stroke-dasharray=\"8 4\"", " stroke-dasharray=\"2 3\""];
     let (colour, turn) = (COLOURS[number % COLOURS.len()], number / COLOURS.len());
-    format!(
-        "stroke=\"{colour}\" stroke-width=\"2\"{}",
-        dashes[turn % dashes.len()]
-    )
+    let dashes = dashes[turn % dashes.len()];
+    format!("stroke=\"{colour}\" stroke-width=\"2\"{dashes}")
 }
 
 /// The distinct values of a key in these settings, in order; `chosen` is its index among the keys that they choose.
@@ -367,10 +356,8 @@ pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
     }
     let axis = |key: usize, values: &[&str]| {
         let mut axis = PlotAxis::linear(&title(&keys[key], 0.0).1, [0.0, values.len() as f64], 2);
-        let ticks = values.iter().enumerate();
-        axis.ticks = ticks
-            .map(|(k, value)| (k as f64 + 0.5, value.to_string()))
-            .collect();
+        let places = (0..).map(|k| f64::from(k) + 0.5);
+        axis.ticks = places.zip(values.iter().map(ToString::to_string)).collect();
         axis
     };
     let [up, right] = [0, 1].map(|side: usize| pairs[0].chosen[side].0);
@@ -386,10 +373,8 @@ pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
         let (factor, title) = panel[0].title(panel.iter().map(|of| of.mean));
         page.draw(&axes, |svg, axes| {
             for of in panel {
-                let (x, y) = (
-                    place(&columns, &of.chosen[1].1),
-                    place(&rows, &of.chosen[0].1),
-                );
+                let x = place(&columns, &of.chosen[1].1);
+                let y = place(&rows, &of.chosen[0].1);
                 let ([left, bottom], [end, top]) = (axes.at((x, y)), axes.at((x + 1.0, y + 1.0)));
                 let wide = if high > low { high - low } else { 1.0 };
                 let share = (of.mean - low) / wide;
@@ -398,12 +383,8 @@ pub fn maps(means: &[EnsembleMean], keys: &[Vary]) -> Option<String> {
                 let ink = if share > 0.7 { "#fff" } else { BLACK };
                 let middle = [0.5 * (left + end), 0.5 * (top + bottom)];
                 let style = format!("fill=\"{ink}\"");
-                svg.styled_text(
-                    &style,
-                    middle,
-                    Anchor::Middle,
-                    &three_digits(factor * of.mean),
-                );
+                let mean = three_digits(factor * of.mean);
+                svg.styled_text(&style, middle, Anchor::Middle, &mean);
                 let below = [middle[0], middle[1] + 16.0];
                 let half = match of.values.len() {
                     1 => String::new(),
@@ -454,10 +435,8 @@ impl Page {
     /// Upper left corner of the panel drawn last.
     fn corner(&self) -> [f64; 2] {
         let last = self.drawn.saturating_sub(1);
-        [
-            PANEL[0] * (last % 2) as f64,
-            self.height * (last / 2) as f64,
-        ]
+        let [row, column] = [last / 2, last % 2].map(|k| k as f64);
+        [PANEL[0] * column, self.height * row]
     }
 
     /// Draws the next panel.

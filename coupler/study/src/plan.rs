@@ -191,9 +191,11 @@ impl Plan {
     /// # Errors
     /// Its scenario is refused.
     pub fn task(&self, index: usize) -> Result<Option<Task>, Error> {
-        let Some(entry) = self.entries.get(index) else {
-            return Ok(None);
-        };
+        let entry = self.entries.get(index);
+        entry.map(|entry| self.read_task(index, entry)).transpose()
+    }
+
+    fn read_task(&self, index: usize, entry: &Entry) -> Result<Task, Error> {
         let loaded = load(&entry.scenario, &entry.set)?;
         let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
         let value = |(vary, choice): (&Vary, &Option<KeyValue>)| {
@@ -202,7 +204,7 @@ impl Plan {
             chosen.or(own.map(shown)).unwrap_or_default()
         };
         let values = self.file.vary.iter().zip(&entry.choices).map(value);
-        Ok(Some(Task {
+        Ok(Task {
             index,
             role: entry.role,
             scene: entry.scene,
@@ -212,7 +214,7 @@ impl Plan {
             keep_logs: self.file.study.keep_logs,
             id: run_id(&loaded),
             loaded,
-        }))
+        })
     }
 
     /// All tasks: for each combination of scene keys the reference, if it is a run of this study, its perturbed references, and the points.
@@ -220,8 +222,8 @@ impl Plan {
     /// # Errors
     /// A scenario is refused.
     pub fn tasks(&self) -> Result<Vec<Task>, Error> {
-        let all = 0..self.task_count();
-        all.filter_map(|index| self.task(index).transpose())
+        let all = self.entries.iter().enumerate();
+        all.map(|(index, entry)| self.read_task(index, entry))
             .collect()
     }
 }
@@ -270,10 +272,9 @@ const PERTURBED_KINDS: [&str; 2] = ["dem", "fem"];
 
 /// The participants that perturbed references perturb: those with grains, or else those with nodes.
 pub fn perturbed_participants(scenario: &Scenario) -> Vec<&str> {
-    let mut all = PERTURBED_KINDS
-        .map(|kind| Vec::from_iter(shipped(scenario, kind)))
-        .into_iter();
-    all.find(|names| !names.is_empty()).unwrap_or_default()
+    let all = PERTURBED_KINDS.map(|kind| Vec::from_iter(shipped(scenario, kind)));
+    let first = all.into_iter().find(|names| !names.is_empty());
+    first.unwrap_or_default()
 }
 
 /// Overrides of each perturbed reference.
@@ -348,13 +349,12 @@ fn combined(
 
 /// The points of a scene.
 fn points(file: &StudyFile, axes: &[Vec<KeyValue>], scene: &[Option<KeyValue>]) -> Vec<Point> {
-    let is_varied = |k: &usize| !file.vary[*k].scene;
-    let varied = (0..axes.len()).filter(is_varied);
+    let is_varied = |k: usize| !file.vary[k].scene;
+    let alone = |k| combined(axes, scene, |own| own == k);
+    let varied = (0..axes.len()).filter(|k| is_varied(*k));
     match file.study.mode {
-        Mode::Grid => combined(axes, scene, |k| is_varied(&k)),
-        Mode::OneAtATime => varied
-            .flat_map(|k| combined(axes, scene, |own| own == k))
-            .collect(),
+        Mode::Grid => combined(axes, scene, is_varied),
+        Mode::OneAtATime => varied.flat_map(alone).collect(),
     }
 }
 

@@ -129,9 +129,9 @@ pub fn run(
         }
         if stopped() && !asked_to_stop {
             asked_to_stop = true;
-            running
-                .iter_mut()
-                .for_each(|(_, process)| process.interrupt());
+            for (_, process) in &mut running {
+                process.interrupt();
+            }
         }
     }
     Ok(())

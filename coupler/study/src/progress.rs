@@ -45,8 +45,7 @@ impl<'a> StudyProgress<'a> {
             first: study
                 .tasks
                 .iter()
-                .find(|task| task.scene == 0 && task.fidelity.is_some())
-                .map(|task| task.index),
+                .position(|task| task.scene == 0 && task.fidelity.is_some()),
         }
     }
 

@@ -60,10 +60,8 @@ fn scene_front(study: &StoredStudy, resolved: &str) -> Option<MeasuredFront> {
 }
 
 fn front_by(settings: &[MeasuredSetting], measure: usize) -> Vec<usize> {
-    let trade = |(setting, of): (usize, &MeasuredSetting)| Trade {
-        setting,
-        cost: of.cost,
-        error: of.errors[measure][0],
+    let trade = |(setting, of): (usize, &MeasuredSetting)| {
+        Trade::new(setting, of.cost, of.errors[measure][0])
     };
     let trades: Vec<Trade> = settings.iter().enumerate().map(trade).collect();
     front(&trades).iter().map(|trade| trade.setting).collect()

@@ -83,11 +83,8 @@ impl Search {
         let cost = |setting: &Levels| self.model.cost(setting);
         let cheapest = all.min_by(|a, b| cost(a).total_cmp(&cost(b)));
         let setting = if is_first { scene } else { *cheapest? };
-        let dear = self
-            .found
-            .last()
-            .is_some_and(|found| cost(&setting) > CHEAPER * cost(found));
-        if dear {
+        let dear = |found: &Levels| cost(&setting) > CHEAPER * cost(found);
+        if self.found.last().is_some_and(dear) {
             return None;
         }
         // One reference serves all settings as long as it is the finer one.
@@ -137,11 +134,8 @@ impl Search {
                 let mut knobs = KNOBS.iter();
                 knobs.any(|knob| {
                     let finer = other[knob.index()] - setting[knob.index()];
-                    if *knob == Knob::MassScale {
-                        finer < 0.0
-                    } else {
-                        finer > 0.0
-                    }
+                    let sign = if *knob == Knob::MassScale { -1.0 } else { 1.0 };
+                    sign * finer > 0.0
                 })
             }),
             TrialOutcome::NoReference => {

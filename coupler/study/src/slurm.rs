@@ -208,7 +208,8 @@ impl Slurm<'_> {
         std::fs::create_dir_all(&logs).map_err(Error::output(logs.display()))?;
         let throttle = self
             .throttle
-            .map_or(String::new(), |most| format!("%{most}"));
+            .map(|most| format!("%{most}"))
+            .unwrap_or_default();
         let minutes = (self.ask.wall_s * f64::from(factor) / 60.0).ceil().max(1.0);
         let megabytes = (self.ask.memory_bytes * u64::from(factor)).div_ceil(1 << 20);
         let mut arguments = vec![

@@ -123,11 +123,7 @@ pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
         _ => {
             let scene = file.vary.iter().filter(|vary| vary.scene);
             let words = scene.map(|vary| {
-                let extent = if vary.is_seed() {
-                    "any"
-                } else {
-                    "the range of"
-                };
+                let extent = ["the range of", "any"][usize::from(vary.is_seed())];
                 format!("{extent} {}", vary.key)
             });
             Some(format!(
@@ -166,9 +162,8 @@ impl StoredStudy {
         let scenes = reference.rows.iter().map(|row| table(row.task));
         let scenes: Vec<toml::Table> = scenes.collect();
         let scene_key = |vary: &Vary| {
-            let values = scenes
-                .iter()
-                .map(|scene| value_at(scene, &vary.key).cloned());
+            let values = scenes.iter();
+            let values = values.map(|scene| value_at(scene, &vary.key).cloned());
             Some(SceneKey {
                 key: vary.key.clone(),
                 any: vary.is_seed(),
@@ -179,11 +174,8 @@ impl StoredStudy {
         let scene_keys: Option<Vec<SceneKey>> = keys.map(scene_key).collect();
         let measures = 0..file.measure.len();
         let floors = |measure: usize| {
-            reference
-                .rows
-                .iter()
-                .map(|row| row.floors[measure])
-                .collect()
+            let floors = reference.rows.iter().map(|row| row.floors[measure]);
+            floors.collect()
         };
         let floors: Option<Vec<Vec<f64>>> = measures.clone().map(floors).collect();
         let floors = floors.ok_or(
@@ -260,12 +252,11 @@ impl StoredStudy {
         let mut study: StoredStudy =
             serde_json::from_str(text).map_err(|error| refuse(error.to_string()))?;
         // Studies of older builds use this name for the pressure alone.
-        let misnamed = |of: &&mut Measure| of.name == "traction" && of.of == "profile.pressure_pa";
-        study
-            .measures
-            .iter_mut()
-            .filter(misnamed)
-            .for_each(|of| of.name = "pressure".into());
+        for of in &mut study.measures {
+            if of.name == "traction" && of.of == "profile.pressure_pa" {
+                of.name = "pressure".into();
+            }
+        }
         if study.schema != SCHEMA {
             return Err(refuse(format!("is a {}, not a {SCHEMA}", study.schema)).into());
         }

@@ -229,10 +229,8 @@ impl Tuning<'_> {
             return Err(Refusal::argument("--within", why).into());
         }
         if !rows[0].is_trusted() {
-            let why = format!(
-                "the unchanged scene ends {}: {}",
-                rows[0].status, rows[0].message
-            );
+            let (status, message) = (&rows[0].status, &rows[0].message);
+            let why = format!("the unchanged scene ends {status}: {message}");
             return Err(Refusal::argument("SCENARIO", why).into());
         }
         let floors = rows[0].floors.iter().map(|floor| floor.unwrap_or(0.0));
@@ -245,9 +243,8 @@ impl Tuning<'_> {
             }
         }
         let (as_it_is, others) = rows.split_at(seed + 1);
-        let walls = as_it_is
-            .iter()
-            .filter_map(|row| row.cost.get("wall_s").copied());
+        let costs = as_it_is.iter().map(|row| &row.cost);
+        let walls = costs.filter_map(|cost| cost.get("wall_s").copied());
         let mut others = others.iter();
         let (mut knobs, mut left_out) = (Vec::new(), Vec::new());
         for (knob, levels) in KNOBS.iter().zip(levels) {
@@ -258,9 +255,7 @@ impl Tuning<'_> {
                     _ => {
                         let words = self.knobs.value(*knob, &knob.alone(*level));
                         let (name, words) = (knob.name(), words.unwrap_or_default());
-                        let StudyRow {
-                            status, message, ..
-                        } = row;
+                        let (status, message) = (&row.status, &row.message);
                         left_out.push(format!("{name} {words} is left out: {status} {message}"));
                     }
                 }
@@ -269,10 +264,9 @@ impl Tuning<'_> {
             let ran = ran.chain([(0.0, &rows[0], &base)]).collect();
             let errors = self.errors_of(ran, &floors);
             let is_exact = *knob == Knob::Modes && self.knobs.at(*knob, 1.0).is_none();
-            knobs.push(if is_exact {
-                errors.below_exact()
-            } else {
-                errors
+            knobs.push(match is_exact {
+                true => errors.below_exact(),
+                false => errors,
             });
         }
         Ok(Explored {
@@ -381,20 +375,16 @@ impl Tuning<'_> {
             let set = self.knobs.set(setting).unwrap_or_default();
             let words = self.knobs.words(setting);
             // Levels may differ by less than the digits in the words.
-            let mut before = settings[..k].iter().map(|other| self.knobs.words(other));
-            let number = before
-                .any(|other| other == words)
-                .then(|| format!(" ({k})"));
+            let is_same = |other: &Levels| self.knobs.words(other) == words;
+            let number = settings[..k].iter().any(is_same).then(|| format!(" ({k})"));
             (words + &number.unwrap_or_default(), set)
         };
+        let cases = settings.iter().enumerate().map(case);
         let draft = Draft {
             head: "Settings against a finer reference, each with the same seeds.".into(),
             reference: self.knobs.set(reference).unwrap_or_default(),
             seeds: seeds.to_vec(),
-            vary: vec![(
-                "setting".into(),
-                settings.iter().enumerate().map(case).collect(),
-            )],
+            vary: vec![("setting".into(), cases.collect())],
             ..self.draft()
         };
         let study = self.run("trial", &draft)?;
@@ -410,11 +400,7 @@ impl Tuning<'_> {
         let each = settings.len() + 1;
         // The reference may have the warnings of the unchanged scene, and a setting the warnings of its reference.
         let is_bad = |rows: &[StudyRow], k: usize| {
-            let reference = if k == 0 {
-                &explored.warned
-            } else {
-                &rows[0].warnings
-            };
+            let reference = [&rows[0].warnings, &explored.warned][usize::from(k == 0)];
             let known =
                 |code: &str| code == "advice" || reference.split(' ').any(|own| own == code);
             !rows[k].is_trusted() || !rows[k].warnings.split_whitespace().all(known)

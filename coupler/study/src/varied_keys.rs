@@ -190,9 +190,8 @@ fn varied_key(results: &Results, settings: &[StudySetting], index: usize) -> Var
             median(same.iter().filter_map(|setting| of(setting)).collect())
         };
         let of_measures = |of: &dyn Fn(&StudyRow, usize) -> Option<f64>| {
-            let all = 0..measures.len();
-            all.map(|k| each(&|setting| setting.middle(|row| of(row, k))))
-                .collect()
+            let middle = |k| each(&|setting| setting.middle(|row| of(row, k)));
+            (0..measures.len()).map(middle).collect()
         };
         let is_single = |k: usize| measures[k].norm == Norm::At;
         ValueEffect {
@@ -228,12 +227,11 @@ fn number(value: &str) -> Option<f64> {
 /// The reference's value of a key: its own, or the value with which a point is the same run as the reference.
 fn zero(results: &Results, with: &[Same], index: usize) -> Option<f64> {
     let reference = results.reference(0)?.task;
-    let is_same = |setting: &&StudySetting| {
-        let mut rows = setting.rows.iter();
+    let is_same = |(_, settings): &&Same| {
+        let mut rows = settings.iter().flat_map(|setting| &setting.rows);
         rows.any(|row| row.task.id == reference.id)
     };
-    let mut same = with.iter();
-    let same = same.find(|(_, settings)| settings.iter().any(is_same));
+    let same = with.iter().find(is_same);
     number(&reference.values[index]).or_else(|| number(same?.0))
 }
 

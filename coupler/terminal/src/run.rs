@@ -158,11 +158,8 @@ impl Words<'_> {
     }
 
     fn clock(&self) -> String {
-        let left = self
-            .0
-            .left_s
-            .map(|left_s| format!(", {} left", lasting(left_s)));
-        lasting(self.0.spent_s) + " spent" + &left.unwrap_or_default()
+        let left = |left_s| format!(", {} left", lasting(left_s));
+        lasting(self.0.spent_s) + " spent" + &self.0.left_s.map(left).unwrap_or_default()
     }
 
     fn position(&self) -> Vec<String> {
@@ -177,16 +174,13 @@ impl Words<'_> {
     }
 
     fn judged(&self) -> Vec<String> {
-        let repeats = self.0.repeats;
+        let (of, defect) = (self.0, self.0.energy_defect_rel);
         let known = [
-            repeats.map(|(last, mean)| format!("repeats {last}, mean {mean:.2}")),
-            self.0.sn_pct.map(|sn| format!("Sn {sn:.0} %")),
-            self.0
-                .traction_ratio
-                .map(|ratio| format!("F_T/F_N {ratio:.3}")),
-            self.0
-                .energy_defect_rel
-                .map(|defect| format!("energy defect {defect:.1e}")),
+            of.repeats
+                .map(|(last, mean)| format!("repeats {last}, mean {mean:.2}")),
+            of.sn_pct.map(|sn| format!("Sn {sn:.0} %")),
+            of.traction_ratio.map(|ratio| format!("F_T/F_N {ratio:.3}")),
+            defect.map(|defect| format!("energy defect {defect:.1e}")),
         ];
         known.into_iter().flatten().collect()
     }

@@ -35,9 +35,8 @@ impl Remaining {
     /// Remaining wall-clock time (s) until this simulated time (s); `None` before there are two marks.
     pub fn until(&self, end_s: f64) -> Option<f64> {
         let last = *self.marks.last()?;
-        let half = self
-            .marks
-            .partition_point(|mark| mark.wall_s < 0.5 * last.wall_s);
+        let is_early = |mark: &Mark| mark.wall_s < 0.5 * last.wall_s;
+        let half = self.marks.partition_point(is_early);
         let from = self.marks[half.min(self.marks.len().saturating_sub(2))];
         let left_s = from.rate(last) * (end_s - last.t_s);
         left_s.is_finite().then(|| left_s.max(0.0))

@@ -27,16 +27,14 @@ pub struct RunningBalance {
 impl RunningBalance {
     /// Adds the energies of a ledger after a window. Returns the error once, when the balance becomes lost.
     pub fn add(&mut self, sums: &EnergySums, bounds: Bounds) -> Option<f64> {
-        let scale_j = larger(sums.worked_j(), sums.kept_size_j);
-        self.see(sums.defect_j().abs(), scale_j, bounds.suspect)
+        self.see(sums.defect_j().abs(), scale_j(sums), bounds.suspect)
     }
 
     /// Adds the dissipated energy of a ledger after a window, which must never decrease. Returns the relative decrease
     /// once, when it stays beyond the bound.
     pub fn add_loss(&mut self, sums: &EnergySums, bound: f64) -> Option<f64> {
         self.dissipated_j = larger(self.dissipated_j, sums.dissipated_j);
-        let scale_j = larger(sums.worked_j(), sums.kept_size_j);
-        self.see(self.dissipated_j - sums.dissipated_j, scale_j, bound)
+        self.see(self.dissipated_j - sums.dissipated_j, scale_j(sums), bound)
     }
 
     /// Adds an error and its scale (J) after a window. Returns their ratio once, when the balance becomes lost.
@@ -50,6 +48,10 @@ impl RunningBalance {
         self.beyond = if within { 0 } else { self.beyond + 1 };
         (self.beyond == PATIENCE).then(|| self.defect_j / self.scale_j)
     }
+}
+
+fn scale_j(sums: &EnergySums) -> f64 {
+    larger(sums.worked_j(), sums.kept_size_j)
 }
 
 #[cfg(test)]

@@ -18,12 +18,12 @@ pub fn fault_of_description(description: &Description) -> Option<String> {
         ("end_s", description.end_s),
         ("first_period_s", description.first_period_s),
     ];
-    let lengths = lengths.into_iter();
-    let lengths = lengths.filter_map(|(what, value)| Some((what, value?)));
     let limits = description.accuracy_limits.iter();
-    let limits = limits.map(|limit| (&*limit.name, limit.limit_s));
-    let mut all = lengths.chain(limits);
-    if let Some((what, value)) = all.find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
+    let limits = limits.map(|limit| (&*limit.name, Some(limit.limit_s)));
+    let is_wrong = |value: &f64| !(value.is_finite() && *value > 0.0);
+    let all = lengths.into_iter().chain(limits);
+    let mut wrong = all.filter_map(|(what, value)| Some((what, value.filter(is_wrong)?)));
+    if let Some((what, value)) = wrong.next() {
         return Some(format!(
             "describes its {} as {value}: it must be a finite time above zero, or absent",
             what.escape_debug()
@@ -42,11 +42,8 @@ pub fn fault_of_description(description: &Description) -> Option<String> {
     // Both are columns of signals.csv, beside the time.
     let columns = terms.clone().map(|term| format!("{term}_j"));
     let columns = Vec::from_iter(columns.chain(["t_s".into()]));
-    let taken = description
-        .signals
-        .iter()
-        .find(|signal| columns.contains(signal));
-    if let Some(signal) = taken {
+    let mut signals = description.signals.iter();
+    if let Some(signal) = signals.find(|signal| columns.contains(signal)) {
         return Some(format!(
             "has a signal `{}`, which is the name of the time or of one of its ledger terms in signals.csv: give the signal another name",
             signal.escape_debug()

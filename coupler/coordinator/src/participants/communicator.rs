@@ -94,12 +94,11 @@ impl dyn Communicator + '_ {
         for peer in 0..count {
             self.send(peer, kind, &Window::default(), payload)?;
         }
-        (0..count)
-            .map(|peer| {
-                let frame = self.receive(peer, answer)?;
-                read(&frame).map_err(|why| self.peers().protocol_error(peer, why))
-            })
-            .collect()
+        let answer = |peer| {
+            let frame = self.receive(peer, answer)?;
+            read(&frame).map_err(|why| self.peers().protocol_error(peer, why))
+        };
+        (0..count).map(answer).collect()
     }
 
     /// Sends a request with numbers and waits for its answer.
@@ -123,11 +122,9 @@ impl dyn Communicator + '_ {
         length: usize,
     ) -> Result<Vec<f64>> {
         let numbers = self.receive(peer, kind)?.payload;
-        if numbers.len() != length {
-            let why = format!(
-                "answered with {} numbers instead of {length}",
-                numbers.len()
-            );
+        let came = numbers.len();
+        if came != length {
+            let why = format!("answered with {came} numbers instead of {length}");
             return Err(self.peers().protocol_error(peer, why));
         }
         match numbers.iter().position(|value| !value.is_finite()) {
@@ -209,15 +206,15 @@ impl Peers {
 
     /// Attempts of other programs, each with the participant or endpoint concerned.
     pub fn strangers(&self) -> Vec<(String, String)> {
-        let mut all = Vec::new();
         let peers = self.peers.iter();
         let peers = peers.map(|peer| (&*peer.name, peer.strangers()));
         let network = self.network.iter();
         let network = network.map(|network| (network.endpoint(), network.complaints()));
-        for (about, tried) in peers.chain(network) {
-            all.extend(tried.into_iter().map(|tried| (about.to_string(), tried)));
-        }
-        all
+        let named = |(about, tried): (&str, Vec<String>)| {
+            let about = about.to_string();
+            tried.into_iter().map(move |tried| (about.clone(), tried))
+        };
+        peers.chain(network).flat_map(named).collect()
     }
 
     /// Hosts and round trips of participants on other hosts; `None` for participants on this host.
@@ -287,16 +284,14 @@ impl Peers {
     /// A participant and the wait for its answer. A greeting includes the set-up, which takes longer than other
     /// answers.
     fn waiting(&mut self, peer: usize, greeting: bool) -> (&mut Peer, Wait<'_>) {
-        let (seconds, key) = if greeting {
-            (self.deadlines.setup_s, "setup_s")
-        } else {
-            (self.deadlines.answer_s, "answer_s")
+        let (seconds, key) = match greeting {
+            true => (self.deadlines.setup_s, "setup_s"),
+            false => (self.deadlines.answer_s, "answer_s"),
         };
-        let watch = &self.watch;
         let wait = Wait {
             seconds,
             key,
-            watch,
+            watch: &self.watch,
             listener: Some(&self.listener).filter(|_| greeting),
         };
         (&mut self.peers[peer], wait)

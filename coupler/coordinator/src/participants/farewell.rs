@@ -12,10 +12,8 @@ pub fn read_farewell(frame: &Frame) -> Result<Farewell, String> {
     let text = frame.text().map_err(|error| error.to_string());
     let read = text.and_then(|text| {
         // Parsing to a tree of values takes ten times as long as reading a valid farewell.
-        let plain = serde_json::from_str(&text);
-        plain
-            .or_else(|_| parse(&text))
-            .map_err(|error| error.to_string())
+        let read = serde_json::from_str(&text).or_else(|_| parse(&text));
+        read.map_err(|error| error.to_string())
     });
     let mut farewell = read.map_err(|why| format!("sent an outcome that cannot be read: {why}"))?;
     leave_out_wrong_names(&mut farewell);
@@ -37,13 +35,11 @@ const TAKEN: [&str; 6] = [
 fn leave_out_wrong_names(farewell: &mut Farewell) {
     let outcome = &mut farewell.outcome;
     outcome.results.retain(|name, _| {
-        let why = if TAKEN.contains(&name.as_str()) {
-            Some(format!(
-                "names a result `{name}`, which the coordinator reports itself"
-            ))
-        } else {
-            fault_of_names("result", std::iter::once(name))
-        };
+        let taken = || format!("names a result `{name}`, which the coordinator reports itself");
+        let is_taken = TAKEN.contains(&name.as_str());
+        let why = is_taken
+            .then(taken)
+            .or_else(|| fault_of_names("result", [name].into_iter()));
         let left_out = why.map(|why| format!("{why}: it is left out, give it another name"));
         let kept = left_out.is_none();
         outcome.warnings.extend(left_out);
@@ -65,15 +61,14 @@ fn parse(text: &str) -> serde_json::Result<Farewell> {
             !number.is_null()
         });
     }
+    let mut busy = None;
     if let Some(fields) = value.as_object_mut() {
         for (_, number) in fields.iter_mut().filter(|(_, value)| value.is_null()) {
             *number = 0.into();
         }
+        // Unreadable times are left out.
+        busy = fields.remove("busy");
     }
-    // Unreadable times are left out.
-    let busy = value
-        .as_object_mut()
-        .and_then(|fields| fields.remove("busy"));
     let mut farewell: Farewell = serde_json::from_value(value)?;
     let busy = busy.and_then(|busy| serde_json::from_value(busy).ok());
     farewell.busy = busy.unwrap_or_default();
@@ -86,9 +81,8 @@ fn without_bare_words(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     let (mut rest, mut quoted) = (text, false);
     while let Some(next) = rest.chars().next() {
-        let word = ["-Infinity", "Infinity", "NaN"]
-            .into_iter()
-            .find(|word| !quoted && rest.starts_with(word));
+        let mut words = ["-Infinity", "Infinity", "NaN"].into_iter();
+        let word = words.find(|word| !quoted && rest.starts_with(word));
         let taken = match (word, next) {
             (Some(word), _) => {
                 plain.push_str("null");

@@ -46,9 +46,8 @@ pub fn greet(
         let text = serde_json::to_string(&hello).expect("our own types always serialise");
         communicator.send(peer, Kind::Hello, &Window::default(), packed(&text))?;
     }
-    (0..count)
-        .map(|peer| welcome(communicator, peer, loaded))
-        .collect()
+    let welcomed = (0..count).map(|peer| welcome(communicator, peer, loaded));
+    welcomed.collect()
 }
 
 fn welcome(communicator: &mut dyn Communicator, peer: usize, loaded: &Loaded) -> Result<Greeted> {

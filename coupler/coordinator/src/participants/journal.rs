@@ -87,9 +87,7 @@ impl Journal {
     /// Writes the log to the disk; returns its number of blocks.
     pub fn sync(&mut self) -> Result<u64> {
         self.write_down()?;
-        if let Some(recorder) = &mut self.recorder {
-            recorder.sync()?;
-        }
+        self.recorder.as_mut().map_or(Ok(()), Recorder::sync)?;
         Ok(self.blocks)
     }
 
@@ -113,14 +111,12 @@ impl Journal {
         self.waiting_doubles = 0;
         let waiting = std::mem::take(&mut self.waiting);
         let start = Instant::now();
-        waiting
-            .iter()
-            .for_each(|entry| self.hasher.add_entry(entry));
-        self.hash_wall += start.elapsed();
-        match &mut self.recorder {
-            Some(recorder) => Ok(recorder.record(waiting)?),
-            None => Ok(()),
+        for entry in &waiting {
+            self.hasher.add_entry(entry);
         }
+        self.hash_wall += start.elapsed();
+        let recorder = self.recorder.as_mut();
+        Ok(recorder.map_or(Ok(()), |recorder| recorder.record(waiting))?)
     }
 }
 

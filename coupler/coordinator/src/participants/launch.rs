@@ -44,14 +44,15 @@ impl Launcher<'_> {
         let memory = SharedMemory::new(self.run_id);
         let scenario = &self.loaded.scenario;
         let over = |kind| {
-            participants
+            let own = participants
                 .iter()
-                .filter(move |p| scenario.transport(p) == kind)
+                .filter(|p| scenario.transport(p) == kind);
+            own.count()
         };
-        if over(TransportKind::Shm).next().is_some() {
+        if over(TransportKind::Shm) > 0 {
             require_open_files(participants.len())?;
         }
-        let remote = over(TransportKind::Zenoh).count();
+        let remote = over(TransportKind::Zenoh);
         let network = (remote > 0).then(|| Network::listen(self.loaded, self.run_id, remote));
         let network = network.transpose()?;
         let mut hosts = Hosts::default();
@@ -93,8 +94,8 @@ impl Launcher<'_> {
             peers.push(Peer::new(name, link, other_end));
         }
         if let Some(network) = &network {
-            self.rundir
-                .note(&format!("listens at {}", network.endpoint()));
+            let endpoint = network.endpoint();
+            self.rundir.note(&format!("listens at {endpoint}"));
         }
         let memory = Some(memory);
         let mut peers = Peers::new(peers, memory, self.run_id, scenario, watch);
@@ -112,9 +113,8 @@ impl Launcher<'_> {
         let session = self.session(participant, transport);
         let logs = absolute(&self.rundir.logs());
         let child = spawn(command, &session, &logs)?;
-        let pid = child.id();
-        self.rundir
-            .note(&format!("participant `{name}` ({kind}) pid {pid}"));
+        let note = format!("participant `{name}` ({kind}) pid {}", child.id());
+        self.rundir.note(&note);
         Ok(OtherEnd::Process(child))
     }
 

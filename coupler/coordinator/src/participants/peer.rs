@@ -327,11 +327,8 @@ impl Peer {
             return Err(self.lost(why));
         }
         // A signal leaves a window some time, which is useless if the peer is stopped.
-        if let Some(error) = wait
-            .watch
-            .interrupted()
-            .filter(|_| self.other_end.is_stopped())
-        {
+        let signal = wait.watch.interrupted();
+        if let Some(error) = signal.filter(|_| self.other_end.is_stopped()) {
             return Err(error);
         }
         let before = waited.as_secs_f64();
@@ -409,12 +406,9 @@ impl OtherEnd {
     fn state(&self) -> String {
         match self {
             OtherEnd::Process(child) => {
-                let stopped = if self.is_stopped() {
-                    "stopped (SIGSTOP or a debugger)"
-                } else {
-                    "silent"
-                };
-                format!("process {} is alive but {stopped}", child.id())
+                let words = ["silent", "stopped (SIGSTOP or a debugger)"];
+                let state = words[usize::from(self.is_stopped())];
+                format!("process {} is alive but {state}", child.id())
             }
             OtherEnd::Thread(_) => "its thread is alive but silent".into(),
             OtherEnd::Tape => "the log holds no answer".into(),

@@ -162,10 +162,8 @@ pub fn require_open_files(participants: usize) -> Result<()> {
     let Ok((now, most)) = getrlimit(Resource::RLIMIT_NOFILE) else {
         return Ok(());
     };
-    if now >= needed || setrlimit(Resource::RLIMIT_NOFILE, needed.min(most), most).is_err() {
-        return Ok(());
-    }
-    if most >= needed {
+    let is_set = || setrlimit(Resource::RLIMIT_NOFILE, needed.min(most), most).is_ok();
+    if now >= needed || !is_set() || most >= needed {
         return Ok(());
     }
     let why = format!(
@@ -217,10 +215,9 @@ pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Pro
 /// exist.
 pub fn require_program(participant: &str, program: &str, folder: &Path) -> Result<()> {
     let path = std::env::var_os("PATH").unwrap_or_default();
-    let found = if program.contains('/') {
-        folder.join(program).is_file()
-    } else {
-        std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
+    let found = match program.contains('/') {
+        true => folder.join(program).is_file(),
+        false => std::env::split_paths(&path).any(|folder| folder.join(program).is_file()),
     };
     let shown = folder.display();
     let problem = if !folder.is_dir() {

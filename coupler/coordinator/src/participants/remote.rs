@@ -78,9 +78,8 @@ impl Participants for Remote<'_> {
 
     fn select(&mut self, peer: usize, points: &[usize]) -> Result<()> {
         let indices: Vec<f64> = points.iter().map(|index| *index as f64).collect();
-        let kinds = (Kind::Select, Kind::Ready);
-        self.communicator
-            .ask(peer, kinds, &Window::default(), indices)?;
+        let (kinds, window) = ((Kind::Select, Kind::Ready), Window::default());
+        self.communicator.ask(peer, kinds, &window, indices)?;
         Ok(())
     }
 
@@ -156,9 +155,7 @@ impl Participants for Remote<'_> {
     ) -> Result<Vec<f64>> {
         let (kind, answer, numbers) = match request {
             HeatRequest::Heat(heat) => (Kind::TakeHeat, Kind::Temperatures, heat),
-            HeatRequest::Temperatures(kelvins) => {
-                (Kind::TakeTemperatures, Kind::HeatGiven, kelvins)
-            }
+            HeatRequest::Temperatures(given) => (Kind::TakeTemperatures, Kind::HeatGiven, given),
         };
         self.communicator.send(peer, kind, window, numbers)?;
         self.numbers(peer, answer, window, numbers.len())

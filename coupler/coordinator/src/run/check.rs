@@ -12,7 +12,7 @@ use scenario::error::Result;
 use scenario::keys::{FieldsFormat, Participant, TransportKind};
 use scenario::load::Loaded;
 use scenario::overrides::value_at;
-use scheme::keys::SchemeWord;
+use scheme::keys::{Interface, SchemeWord};
 
 kit::findings! {
     /// A key has no effect in this scenario.
@@ -123,36 +123,27 @@ fn unused(loaded: &Loaded) -> Vec<Warning> {
         let key = format!("run.plausible.{bound}");
         (key, !coupled, "without an interface")
     }));
-    let built_in = scenario
-        .participant
-        .iter()
-        .filter(|of| coupled && of.command.is_none());
-    keys.extend(built_in.map(|of| {
-        let key = format!("participant.{}.config.solver.on_not_converged", of.name);
-        (key, true, "in a coupled run (the interface's key decides)")
-    }));
-    for of in &scenario.participant {
-        let alone = !scenario
-            .interface
-            .iter()
-            .any(|interface| interface.participants().contains(&of.name.as_str()));
-        keys.extend(["reduced.near_m", "plausible.far_field_rel"].map(|own| {
-            let key = format!("participant.{}.config.{own}", of.name);
-            (
-                key,
-                alone && of.command.is_none(),
-                "on a body without an interface",
-            )
-        }));
+    let all = scenario.participant.iter();
+    for of in all.filter(|of| of.command.is_none()) {
+        let mut joined = scenario.interface.iter().flat_map(Interface::participants);
+        let alone = joined.all(|name| name != of.name);
+        let [decides, without] = [
+            "in a coupled run (the interface's key decides)",
+            "on a body without an interface",
+        ];
+        let own = [
+            ("solver.on_not_converged", coupled, decides),
+            ("reduced.near_m", alone, without),
+            ("plausible.far_field_rel", alone, without),
+        ];
+        let named = |key| format!("participant.{}.config.{key}", of.name);
+        keys.extend(own.map(|(key, idle, when)| (named(key), idle, when)));
     }
     let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
     keys.retain(|(key, idle, _)| *idle && value_at(&table, key).is_some());
     let warned = keys.into_iter().map(|(key, _, when)| {
-        Warning::advice(
-            &UNUSED_KEY,
-            &key,
-            format!("has no effect {when} and is not used"),
-        )
+        let text = format!("has no effect {when} and is not used");
+        Warning::advice(&UNUSED_KEY, &key, text)
     });
     warned.collect()
 }
@@ -160,16 +151,15 @@ fn unused(loaded: &Loaded) -> Vec<Warning> {
 /// Warnings about interfaces whose scheme assumes a constant compliance for a body that yields by its keys.
 fn yielding(loaded: &Loaded, registry: &Registry) -> Vec<Warning> {
     let scenario = &loaded.scenario;
-    let nonlinear = scenario.participant.iter().filter(|participant| {
-        let solver = registry
-            .get(&participant.kind)
-            .filter(|_| participant.command.is_none());
-        let judge = solver.and_then(|solver| solver.nonlinear);
-        judge.is_some_and(|judge| judge(&config_value(participant)))
+    let built_in = scenario
+        .participant
+        .iter()
+        .filter(|of| of.command.is_none());
+    let nonlinear = built_in.filter(|of| {
+        let judge = registry.get(&of.kind).and_then(|solver| solver.nonlinear);
+        judge.is_some_and(|judge| judge(&config_value(of)))
     });
-    let nonlinear: Vec<&str> = nonlinear
-        .map(|participant| participant.name.as_str())
-        .collect();
+    let nonlinear: Vec<&str> = nonlinear.map(|of| of.name.as_str()).collect();
     let linear = [SchemeWord::DualSchur, SchemeWord::DualSchurCheap];
     let interfaces = scenario.interface.iter();
     let interfaces = interfaces.filter(|interface| linear.contains(&interface.scheme));

@@ -143,16 +143,9 @@ impl<'a> Fields<'a> {
     fn write_interfaces(&self, groups: &[GroupRun], name: &str) -> Result<()> {
         let folder = self.rundir.fields();
         for coupling in groups.iter().map(|group| &group.coupling) {
-            let group = coupling.group();
-            for patch in &group.patches {
+            for patch in &coupling.group().patches {
                 let path = folder.join(format!("{}-{name}-interface.vtp", patch.name));
-                interface_fields::write(
-                    &path,
-                    group,
-                    patch,
-                    &coupling.state,
-                    self.run.thickness_m,
-                )?;
+                interface_fields::write(&path, coupling, patch, self.run.thickness_m)?;
             }
         }
         Ok(())

@@ -58,9 +58,8 @@ pub fn coupled(
         let windows = run.windows();
         volume.add_windows(windows);
         // One before the first window, one after the last.
-        let heat = group
-            .heat_every
-            .map_or(0, |every| 1 + windows.div_ceil(u64::from(every)));
+        let exchanges = |every| 1 + windows.div_ceil(u64::from(every));
+        let heat = group.heat_every.map_or(0, exchanges);
         for side in &group.force_driven {
             let description = &greeted[side.peer].description;
             let mut turn = turns(&mut volume, scenario, side.peer);
@@ -111,11 +110,9 @@ fn turns<'a>(
 /// The prediction as text: the bytes of these messages, and of a run with the most repeats of each window.
 pub fn line(volume: &Volume, bytes: u64, most: u64) -> String {
     let (windows, messages, bytes) = (volume.windows, volume.messages, bytes as f64);
-    let more = format!(
-        ", up to {:.3e} bytes if each takes repeats_max",
-        most as f64
-    );
-    let more = if most as f64 > bytes { &more } else { "" };
+    let most = Some(most as f64).filter(|most| *most > bytes);
+    let more = |most| format!(", up to {most:.3e} bytes if each takes repeats_max");
+    let more = most.map_or(String::new(), more);
     format!(
         "log: about {bytes:.3e} bytes, {windows} windows and {messages} messages if none is repeated more than once{more}"
     )

@@ -25,8 +25,7 @@ use crate::summary::Summary;
 use runs::plausible::{self, DISSIPATION, ENERGY_BALANCE, INTERFACE_ENERGY};
 use runs::profile::{self, InterfaceTraction};
 use runs::run_dir::RunDir;
-use runs::signals::SIGNALS;
-use runs::signals::SignalsFile;
+use runs::signals::{SIGNALS, SignalsFile};
 use runs::warning::Warning;
 use scenario::error::{Error, Result};
 use scenario::keys::{Participant, Scenario};
@@ -129,12 +128,11 @@ impl<'a> Outputs<'a> {
     /// The latest energies of all participants.
     pub fn energies(&self) -> Vec<ParticipantLedger> {
         let all = self.descriptions.iter().zip(self.state.energies.clone());
-        let terms = |description: &Description| description.ledger.clone();
-        all.map(|(description, values)| ParticipantLedger {
-            terms: terms(description),
+        let ledger = |(of, values): (&&Description, Vec<f64>)| ParticipantLedger {
+            terms: of.ledger.clone(),
             values,
-        })
-        .collect()
+        };
+        all.map(ledger).collect()
     }
 
     /// True if all participants report their energies.
@@ -197,16 +195,15 @@ impl<'a> Outputs<'a> {
             state.sampled.add(window, interface, &signals);
             state.interfaces[interface] = signals;
         }
-        let due = window
-            .index
-            .is_multiple_of(self.scenario.run.output.signals_every_windows);
+        let every = self.scenario.run.output.signals_every_windows;
+        let due = window.index.is_multiple_of(every);
         // A participant without signals and ledger reports nothing, by its description.
         let mut reports = self.descriptions.iter().zip(&state.reports);
         let complete = reports
             .all(|(d, report)| !report.is_empty() || (d.signals.is_empty() && d.ledger.is_empty()));
         if due && last_at(groups, window.t1_s) && complete {
-            self.signals
-                .row(window.t1_s, &state.reports, &state.interfaces)?;
+            let (reports, interfaces) = (&state.reports, &state.interfaces);
+            self.signals.row(window.t1_s, reports, interfaces)?;
         }
         let times_s = &mut self.state.snapshots_s;
         let taken = times_s.len();
@@ -283,9 +280,7 @@ impl<'a> Outputs<'a> {
     fn signal(&self, name: &str) -> Option<f64> {
         let pairs = self.descriptions.iter().zip(&self.state.reports);
         let mut signals = pairs.flat_map(|(own, report)| own.signals.iter().zip(report));
-        signals
-            .find(|(signal, _)| *signal == name)
-            .map(|(_, value)| *value)
+        Some(*signals.find(|(signal, _)| *signal == name)?.1)
     }
 
     /// The energy balance of all participants together, if all report their energies.
@@ -309,9 +304,8 @@ impl<'a> Outputs<'a> {
         peer: usize,
         report: Vec<f64>,
     ) -> Result<()> {
-        let Description {
-            signals, ledger, ..
-        } = self.descriptions[peer];
+        let own = self.descriptions[peer];
+        let (signals, ledger) = (&own.signals, &own.ledger);
         let (numbers, due) = (report.len(), signals.len() + ledger.len());
         if numbers != due {
             let why = format!("reported {numbers} numbers, but its description announced {due}");
@@ -412,8 +406,8 @@ impl<'a> Outputs<'a> {
         let only = self.state.interfaces.len() == 1;
         for coupling in groups.iter().map(|group| &group.coupling) {
             for patch in &coupling.group().patches {
-                let traction =
-                    InterfaceTraction::of(coupling, patch, self.scenario.run.thickness_m);
+                let thickness_m = self.scenario.run.thickness_m;
+                let traction = InterfaceTraction::of(coupling, patch, thickness_m);
                 let name = match only {
                     true => "profile.csv".into(),
                     false => format!("profile-{}.csv", patch.name),

@@ -206,9 +206,8 @@ pub fn run_among(
     if let Some(budget) = &options.budget {
         summary.budget = Some(budget.told.clone());
         let over = budget.wall_s.filter(|limit| wall_s > *limit);
-        summary
-            .warnings
-            .extend(over.map(|limit| Warning::over_budget(wall_s, limit)));
+        let over = over.map(|limit| Warning::over_budget(wall_s, limit));
+        summary.warnings.extend(over);
     }
     summary.end(wall_s, error.as_ref(), options.strict);
     rundir.write_summary(&summary.to_json())?;
@@ -300,10 +299,9 @@ impl RunSession<'_> {
         let (missed, no_hold) = plausible::unreached(scenario, descriptions, end_s);
         self.warn(missed);
         let mut outputs = self.outputs(recorded, &greeted)?;
-        let result = if scenario.interface.is_empty() {
-            self.alone(recorded, &greeted, &mut outputs)
-        } else {
-            self.coupled(recorded, &greeted, &mut outputs)
+        let result = match scenario.interface.is_empty() {
+            true => self.alone(recorded, &greeted, &mut outputs),
+            false => self.coupled(recorded, &greeted, &mut outputs),
         };
         self.end_outputs(recorded, &mut outputs, result)?;
         self.part(recorded, &outputs)?;
@@ -327,8 +325,8 @@ impl RunSession<'_> {
         });
         recorded.peers.listener = self.options.listener.clone();
         let greeted = handshake::greet(recorded, self.loaded, self.run_id)?;
-        for (peer, (participant, greeted)) in scenario.participant.iter().zip(&greeted).enumerate()
-        {
+        let pairs = scenario.participant.iter().zip(&greeted);
+        for (peer, (participant, greeted)) in pairs.enumerate() {
             let (name, description) = (&participant.name, &greeted.description);
             let twice = participant.command.is_some() && description.capabilities.rollback;
             recorded.peers.peer(peer).twice = twice;
@@ -337,9 +335,8 @@ impl RunSession<'_> {
                 "" => String::new(),
                 host => format!(" on host `{host}`"),
             };
-            self.rundir.note(&format!(
-                "participant `{name}` is {software} in process {pid}{host}"
-            ));
+            let note = format!("participant `{name}` is {software} in process {pid}{host}");
+            self.rundir.note(&note);
             self.advise(name, &description.warnings);
         }
         self.summary.greet(scenario, &greeted);
@@ -403,9 +400,9 @@ impl RunSession<'_> {
             self.warn(findings.map(|finding| Warning::of(name, finding)));
             self.advise(name, &outcome.warnings);
         }
-        self.summary
-            .spent(&outputs.pace, &farewells, &awaited, run_wall_s);
-        self.summary.farewell(farewells);
+        let summary = &mut self.summary;
+        summary.spent(&outputs.pace, &farewells, &awaited, run_wall_s);
+        summary.farewell(farewells);
         Ok(())
     }
 
@@ -524,10 +521,8 @@ impl RunSession<'_> {
                 for line in prediction.lines() {
                     self.rundir.note(&format!("interface `{name}`: {line}"));
                 }
-                let long = prediction
-                    .bounds
-                    .iter()
-                    .find(|bound| bound.is_long_window());
+                let mut bounds = prediction.bounds.iter();
+                let long = bounds.find(|bound| bound.is_long_window());
                 let long = long.map(|bound| Finding {
                     code: LONG_WINDOW.code.into(),
                     text: LONG_WINDOW_TEXT.into(),
@@ -573,11 +568,9 @@ impl RunSession<'_> {
         if !description.capabilities.alone {
             return Err(refuse("cannot run without an interface".into()).into());
         }
-        let step_s = description.step_s.ok_or_else(|| {
-            refuse(format!(
-                "has no step of its own: give participant.{name}.config.time.step_s"
-            ))
-        })?;
+        let missing =
+            || format!("has no step of its own: give participant.{name}.config.time.step_s");
+        let step_s = description.step_s.ok_or_else(|| refuse(missing()))?;
         let bounds = Bound::of_accuracy(&description.accuracy_limits, step_s);
         let foreseen = &mut self.summary.foreseen;
         foreseen.extend(bounds.map(|bound| format!("step of {step_s:.4e} s:{}", bound.line())));

@@ -25,29 +25,11 @@ struct Quantity {
 /// steel; bonds by the limits beside them.
 const QUANTITIES: [Quantity; 9] = [
     of(&["young_pa"], "Pa", [1e6, 2e12], [1e9, 2e12], &PRESSURES),
-    of(
-        &["contact_stiffness_pa"],
-        "Pa",
-        [1e6, 1e13],
-        [1e9, 2e12],
-        &PRESSURES,
-    ),
+    of(&CONTACT_KEYS, "Pa", [1e6, 1e13], [1e9, 2e12], &PRESSURES),
     of(&["yield_pa"], "Pa", [1e5, 1e11], [1e7, 1e10], &PRESSURES),
-    of(
-        &["density_kg_per_m3"],
-        "kg/m3",
-        [1e1, 3e4],
-        [5e2, 2.3e4],
-        &DENSITIES,
-    ),
+    of(&DENSITY_KEYS, "kg/m3", [1e1, 3e4], [5e2, 2.3e4], &DENSITIES),
     // A modulus over the distance of two atoms is the most, over a millimetre the least.
-    of(
-        &["cn_pa_per_m", "ct_pa_per_m"],
-        "Pa/m",
-        [1e9, 1e22],
-        [1e11, 1e20],
-        &STIFFNESSES,
-    ),
+    of(&BOND_KEYS, "Pa/m", [1e9, 1e22], [1e11, 1e20], &STIFFNESSES),
     // Van der Waals attraction to the toughest metals.
     of(&["w_j_per_m2"], "J/m2", [1e-4, 1e6], [1e-2, 1e6], &[]),
     // The viscosity of pitch.
@@ -56,6 +38,9 @@ const QUANTITIES: [Quantity; 9] = [
     of(&SIZE_KEYS, "m", [1e-9, 1e1], [1e-7, 1e0], &LENGTHS),
 ];
 
+const CONTACT_KEYS: [&str; 1] = ["contact_stiffness_pa"];
+const DENSITY_KEYS: [&str; 1] = ["density_kg_per_m3"];
+const BOND_KEYS: [&str; 2] = ["cn_pa_per_m", "ct_pa_per_m"];
 const SPEED_KEYS: [&str; 4] = [
     "velocity_m_per_s",
     "speed_m_per_s",
@@ -105,29 +90,22 @@ impl Quantity {
     fn meant(&self, number: f64) -> String {
         let [least, most] = self.usual;
         let is_usual = |(_, factor): &&(&str, f64)| (least..=most).contains(&(factor * number));
-        self.others
-            .iter()
-            .find(is_usual)
-            .map_or(String::new(), |(unit, factor)| {
-                format!(
-                    "; was {number} {unit} meant, {:e} {}?",
-                    factor * number,
-                    self.unit
-                )
-            })
+        let meant = |(unit, factor): &(&str, f64)| {
+            let (own, value) = (self.unit, factor * number);
+            format!("; was {number} {unit} meant, {value:e} {own}?")
+        };
+        let other = self.others.iter().find(is_usual);
+        other.map_or(String::new(), meant)
     }
 }
 
 /// Warnings about numbers of built-in solvers that no solid has, the first of each key.
 pub(super) fn unusual(loaded: &Loaded) -> Vec<Warning> {
     let scenario = &loaded.scenario;
-    let shipped = scenario
-        .participant
-        .iter()
-        .filter(|of| of.command.is_none());
-    let names: Vec<String> = shipped
-        .map(|of| format!("participant.{}.config.", of.name))
-        .collect();
+    let all = scenario.participant.iter();
+    let shipped = all.filter(|of| of.command.is_none());
+    let names = shipped.map(|of| format!("participant.{}.config.", of.name));
+    let names: Vec<String> = names.collect();
     let table: toml::Table = loaded.resolved.parse().unwrap_or_default();
     let mut seen = Vec::new();
     let found = leaves(&table).into_iter().filter_map(|(key, value)| {

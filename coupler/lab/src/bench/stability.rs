@@ -95,9 +95,8 @@ pub fn findings(cells: &[Cell], every: usize) -> Result<Findings, Error> {
     for cell in &sample {
         let here = map::departure(cell, SAMPLE_WINDOWS)?;
         if here > DEPARTURE {
-            print_note(&format!(
-                "the scheme departs from its window matrix by {here:e}: {cell:?}"
-            ));
+            let note = format!("the scheme departs from its window matrix by {here:e}: {cell:?}");
+            print_note(&note);
         }
         departure = larger(departure, here);
     }
@@ -124,25 +123,19 @@ impl Findings {
 
     /// The findings as a table for a terminal.
     pub fn table(&self) -> String {
+        let offered = "unstable, dual Schur, velocity at theta = 1";
+        let departure = format!("{:.1e}", self.departure);
+        let difference = format!("{:.4}", self.limit_difference_rel);
         let rows: [(&str, &dyn fmt::Display); 9] = [
             ("cells", &self.cells),
             ("unstable", &self.unstable),
-            (
-                "unstable, dual Schur, velocity at theta = 1",
-                &self.unstable_default,
-            ),
+            (offered, &self.unstable_default),
             ("predicted stable, but unstable", &self.missed),
             ("predicted unstable, but stable", &self.false_alarms),
             ("cells run through the real coupler", &self.sampled),
-            (
-                "largest departure of its forces, relative",
-                &format!("{:.1e}", self.departure),
-            ),
+            ("largest departure of its forces, relative", &departure),
             ("limits predicted and measured", &self.limits),
-            (
-                "largest difference of both, relative",
-                &format!("{:.4}", self.limit_difference_rel),
-            ),
+            ("largest difference of both, relative", &difference),
         ];
         Vec::from_iter(rows.map(|(words, found)| format!("{words:<45}{found}"))).join("\n")
     }

@@ -92,12 +92,12 @@ pub fn report(trial: &RuleTrial) -> RuleFinding {
             return broken(format!("window {window}: `{name}` is {value}"));
         }
     }
-    let counted = |count: usize, one: &str, more: &str| match count {
-        1 => format!("1 {one}"),
-        _ => format!("{count} {more}"),
+    let counted = |count: usize, words: [&str; 2]| {
+        let word = words[usize::from(count != 1)];
+        format!("{count} {word}")
     };
-    let signals = counted(own.signals.len(), "signal", "signals");
-    let energies = counted(own.ledger.len(), "energy", "energies");
+    let signals = counted(own.signals.len(), ["signal", "signals"]);
+    let energies = counted(own.ledger.len(), ["energy", "energies"]);
     Ok(format!("{signals}, {energies}"))
 }
 
@@ -111,8 +111,11 @@ pub fn work(trial: &RuleTrial) -> RuleFinding {
         let joules = trial.work(&trial.loads.of_window(index as u64, 0), answer);
         exchanged += joules;
         sizes += f64::abs(joules);
-        let report = trial.plain.reports.get(index);
-        let report = report.map_or(&[][..], |report| report);
+        let report = trial
+            .plain
+            .reports
+            .get(index)
+            .map_or(&[][..], Vec::as_slice);
         let off = (trial.energy(report, Role::InterfaceWork) - exchanged).abs() / sizes;
         if sizes > 0.0 && exceeds(off, worst.0) {
             worst = (off, index);

@@ -42,23 +42,21 @@ pub fn heat(trial: &RuleTrial) -> RuleFinding {
     let end = launch.exchange_heat(&last, HeatRequest::Heat(&none))?;
     let warmed = end.iter().zip(&start).map(|(end, start)| end - start);
     let least = warmed.fold(f64::INFINITY, f64::min);
-    if least > 0.0 {
-        return Ok(format!(
+    match least > 0.0 {
+        true => Ok(format!(
             "{HEAT} J at each point warmed each by {least:.1e} K or more"
-        ));
+        )),
+        false => broken(format!(
+            "{HEAT} J at each point changed a temperature by {least:e} K in {HEATED_WINDOWS} windows"
+        )),
     }
-    broken(format!(
-        "{HEAT} J at each point changed a temperature by {least:e} K in {HEATED_WINDOWS} windows"
-    ))
 }
 
 /// Sends `Advance` early, which is used or discarded.
 pub fn early(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.capabilities.rollback;
-    offered(
-        offers,
-        "it cannot repeat a window, and gets no early requests",
-    )?;
+    let otherwise = "it cannot repeat a window, and gets no early requests";
+    offered(offers, otherwise)?;
     let mut launch = trial.begin()?;
     let (mut answers, mut reports) = (Vec::new(), Vec::new());
     for index in 0..WINDOWS {
@@ -190,11 +188,11 @@ pub fn velocity(trial: &RuleTrial) -> RuleFinding {
     }
     let force = trial.loads.of_window(0, 0);
     let moved = response(trial, &first, &force)?;
-    let wanted = (0..force.len()).map(|i| match impedance[(i, i)] {
+    let wanted = |i: usize| match impedance[(i, i)] {
         0.0 => 0.0,
         _ => 2.0 * moved[i] / length,
-    });
-    let wanted: Vec<f64> = wanted.collect();
+    };
+    let wanted: Vec<f64> = (0..force.len()).map(wanted).collect();
     let unloaded = launch.follow(&first, &trial.loads.none())?;
     let answer = launch.follow(&first, &wanted)?;
     let again = launch.follow(&first, &wanted)?;

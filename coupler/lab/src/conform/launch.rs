@@ -70,8 +70,8 @@ impl<'a> Launch<'a> {
             append(&mut launch.surface, &surface);
         }
         if tested.part != Part::Alone {
-            let points = (0..launch.surface.len()).filter(|point| chosen(*point));
-            let points: Vec<usize> = points.collect();
+            let mut points = Vec::from_iter(0..launch.surface.len());
+            points.retain(|point| chosen(*point));
             launch.exchanged = points.len();
             launch.remote().select(IT, &points)?;
         }
@@ -105,9 +105,8 @@ impl<'a> Launch<'a> {
     /// Announces windows of this length (s) and the boundary's compliance (1/kg).
     pub fn set_boundary(&mut self, window_s: f64, compliance: &DMatrix<f64>) -> Result<(), Error> {
         let window = self.window(0);
-        Ok(self
-            .remote()
-            .set_boundary(IT, &window, window_s, compliance)?)
+        let mut remote = self.remote();
+        Ok(remote.set_boundary(IT, &window, window_s, compliance)?)
     }
 
     /// Requests a window under a load: forces (N), or velocities of the boundary (m/s). The answer is displacement increments (m), or forces

@@ -87,11 +87,11 @@ impl<'a> RuleTrial<'a> {
     /// Compares answers and reports from window `first` on with the plain launch.
     pub fn compare(&self, first: u64, answers: &[Vec<f64>], reports: &[Vec<f64>]) -> RuleFinding {
         let first = first as usize;
-        let pairs = [
-            ("answer", &self.plain.answers, answers),
-            ("report", &self.plain.reports, reports),
-        ];
-        for (what, plain, other) in pairs {
+        let plain = &self.plain;
+        for (what, plain, other) in [
+            ("answer", &plain.answers, answers),
+            ("report", &plain.reports, reports),
+        ] {
             for (window, other) in (first..).zip(other) {
                 if let Some(why) = difference(&plain[window], other) {
                     return broken(format!("window {window}: the {what} {why}"));
@@ -173,17 +173,15 @@ pub struct LayerStiffness {
 }
 
 /// A boundary that yields to the layer by a part of the motion; `None` if there was no force.
-fn yielding(
-    window_s: f64,
-    LayerStiffness { force, motion }: &LayerStiffness,
-) -> Option<DMatrix<f64>> {
-    let impedance = window_s * greatest(force) / greatest(motion);
+fn yielding(window_s: f64, of: &LayerStiffness) -> Option<DMatrix<f64>> {
+    let impedance = window_s * greatest(&of.force) / greatest(&of.motion);
     let yields = |i: usize, j: usize| match i.abs_diff(j) {
         0 => YIELDS / impedance,
         2 => 0.3 * YIELDS / impedance,
         _ => 0.0,
     };
-    (impedance > 0.0).then(|| DMatrix::from_fn(force.len(), force.len(), yields))
+    let n = of.force.len();
+    (impedance > 0.0).then(|| DMatrix::from_fn(n, n, yields))
 }
 
 /// Presses the layer for all windows, then once more with a motion and with a faster one.

@@ -201,11 +201,9 @@ impl Number {
     pub(super) fn value(&self, run: &RunFiles, reference: Option<&RunFiles>) -> Option<f64> {
         if let Some(norm) = self.norm {
             let measure = Measure {
-                name: String::new(),
-                of: self.path.clone(),
                 norm,
-                at_s: None,
                 bin_m: self.bin_m,
+                ..Measure::new("", self.path.clone())
             };
             let held = ReferenceNumbers::Run(reference?);
             return measure.deviation(run, held).ok();

@@ -5,8 +5,8 @@ use std::path::Path;
 use draw::svg::escape;
 use draw::units::{four, with_unit_of};
 use report::page::{Section, names, page, table};
-use report::pictures;
 use report::provenance::quoted;
+use report::{pictures, save};
 
 use super::case::Number;
 use super::suite::{CaseOutcome, CaseRow};
@@ -35,11 +35,11 @@ pub fn write(
     let runs = || cases.iter().flat_map(|case| &case.runs).map(|(run, _)| run);
     let cost = |name| -> f64 { runs().filter_map(|run| run.cost().get(name).copied()).sum() };
     let manifest = runs().next().map(|run| run.manifest()).unwrap_or_default();
-    let made_by = ["software", "build", "git", "processor", "cores"].map(|key| {
+    let made_by = ["software", "build", "git", "processor", "cores"];
+    let [software, build, git, processor, cores] = made_by.map(|key| {
         let text = manifest[key].as_str().map(String::from);
         escape(&text.unwrap_or(manifest[key].to_string()))
     });
-    let [software, build, git, processor, cores] = made_by;
     let head = format!(
         "<div class=\"verdict {class}\"><p>{} of {} rows hold; {} more are reported but not judged. The runs took {} of wall-clock and {} of \
         processor time.</p></div><pre>{}</pre><p>{software}, build {build}, git {git}; {processor}, {cores} cores.</p>",
@@ -51,15 +51,14 @@ pub fn write(
         escape(command)
     );
     let path = folder.join(PAGE);
-    std::fs::write(&path, page(title, &head, &sections)).map_err(Error::output(path.display()))?;
+    save(&path, &page(title, &head, &sections))?;
     Ok(PAGE)
 }
 
 fn minutes(seconds: f64) -> String {
-    if seconds < 120.0 {
-        format!("{} s", four(seconds))
-    } else {
-        format!("{} min", four(seconds / 60.0))
+    match seconds {
+        ..120.0 => format!("{} s", four(seconds)),
+        _ => format!("{} min", four(seconds / 60.0)),
     }
 }
 

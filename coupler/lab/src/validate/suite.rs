@@ -161,9 +161,8 @@ fn last_of(
         let sets: Result<Vec<String>, String> = take.iter().map(|t| t.of_runs(before)).collect();
         sets.map_err(|path| {
             let problem = format!("takes `{path}`, which no run before it gives");
-            TaskOutcome::of(Err(
-                Refusal::file(beside.join("expected.toml"), problem).into()
-            ))
+            let refusal = Refusal::file(beside.join("expected.toml"), problem);
+            TaskOutcome::of(Err(refusal.into()))
         })
     };
     for first in &case.first {
@@ -246,11 +245,12 @@ fn ending(case: &SuiteCase, ends: &[TaskOutcome]) -> CaseRow {
     };
     let wrong = ends.iter().find(|end| !holds(end));
     let ours = match wrong {
-        Some(end) if !end.message.is_empty() => {
-            json!(format!("{}: {}", end.exit_code, end.message))
+        Some(TaskOutcome {
+            exit_code, message, ..
+        }) if !message.is_empty() => {
+            json!(format!("{exit_code}: {message}"))
         }
-        Some(end) => json!(end.exit_code),
-        None => json!(case.exit_code),
+        wrong => json!(wrong.map_or(case.exit_code, |end| end.exit_code)),
     };
     let values = [ours, json!(case.exit_code)];
     case_row(case, "exit code", values, wrong.is_none())
@@ -283,11 +283,10 @@ fn judged(case: &SuiteCase, number: &Number, runs: &[Held]) -> CaseRow {
         [number.value(run, reference.as_ref()), expected]
     };
     let pairs: Vec<[Option<f64>; 2]> = runs.iter().map(pair).collect();
+    let is_close = |(ours, of)| number.holds(ours, of);
     let holds = |[ours, expected]: &[Option<f64>; 2]| match number.reported {
         true => ours.is_some(),
-        false => ours
-            .zip(*expected)
-            .is_some_and(|(ours, of)| number.holds(ours, of)),
+        false => ours.zip(*expected).is_some_and(is_close),
     };
     let all = |k: usize| -> Vec<f64> { pairs.iter().filter_map(|pair| pair[k]).collect() };
     let least = all(0).into_iter().reduce(|a, b| -larger(-a, -b));

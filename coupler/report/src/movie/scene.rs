@@ -97,8 +97,8 @@ impl Scene {
             Ok(position) => position,
         };
         let note = position.note.as_ref();
-        self.notes
-            .extend(note.map(|note| format!("`{name}` {note}")));
+        let note = note.map(|note| format!("`{name}` {note}"));
+        self.notes.extend(note);
         let partner = setup.partner(name).map(|joint| joint.partner.to_string());
         self.meshes.push(MeshBody {
             kept: (0..mesh.quads.len()).collect(),
@@ -191,12 +191,13 @@ impl Scene {
 fn middle(bearing: &[([f64; 2], f64)]) -> [f64; 2] {
     let mean = |weight: &dyn Fn(f64) -> f64| {
         let sum: f64 = bearing.iter().map(|(_, pressure)| weight(*pressure)).sum();
-        let parts = |k: usize| {
-            bearing
+        let part = |k: usize| -> f64 {
+            let parts = bearing
                 .iter()
-                .map(move |(at, pressure)| weight(*pressure) * at[k])
+                .map(|(at, pressure)| weight(*pressure) * at[k]);
+            parts.sum()
         };
-        (sum > 0.0).then(|| [0, 1].map(|k| parts(k).sum::<f64>() / sum))
+        (sum > 0.0).then(|| [0, 1].map(|k| part(k) / sum))
     };
     let borne = mean(&|pressure| pressure.max(0.0).powi(2));
     borne.or_else(|| mean(&|_| 1.0)).unwrap_or_default()

@@ -65,15 +65,13 @@ impl Shots {
         let mut shots = Shots::default();
         for body in &scene.meshes {
             let nodes = body.kept_nodes();
-            let over = shots.over(files, &body.source, moments, |arrays| {
-                body.shot(&nodes, arrays)
-            });
+            let shot = |arrays: &Arrays| body.shot(&nodes, arrays);
+            let over = shots.over(files, &body.source, moments, shot);
             shots.meshes.push(over);
         }
         for grains in &scene.grains {
-            let over = shots.over(files, &grains.source, moments, |arrays| {
-                grains.shot(arrays, colours)
-            });
+            let shot = |arrays: &Arrays| grains.shot(arrays, colours);
+            let over = shots.over(files, &grains.source, moments, shot);
             shots.grains.push(over);
         }
         shots

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::scene::Scene;
 use draw::extent::Extent;
 use runs::fields::numbers;
+use runs::scene::Setup;
 
 /// A part of the scene (m) with its name.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,7 +17,7 @@ pub struct MovieView {
 }
 
 /// The views of a scene, the initial view first: a wheel that rolls, or the contact, if there is one.
-pub fn views(scene: &Scene, focus: [f64; 2], wheel: bool, rolls: bool) -> Vec<MovieView> {
+pub fn views(scene: &Scene, focus: [f64; 2], setup: &Setup) -> Vec<MovieView> {
     let (body, layer) = (Extent::around(nodes(scene)), Extent::around(circles(scene)));
     let both = [body, layer].into_iter().flatten();
     let ends = |e: Extent| [([e.x[0], e.y[0]], 0.0), ([e.x[1], e.y[1]], 0.0)];
@@ -42,28 +43,21 @@ pub fn views(scene: &Scene, focus: [f64; 2], wheel: bool, rolls: bool) -> Vec<Mo
         }
         _ => around(focus, &whole),
     };
-    let view = |name| {
-        move |extent| MovieView {
-            name,
-            extent,
-            follows: false,
-        }
+    let view = |name, extent| MovieView {
+        name,
+        extent,
+        follows: name == "wheel",
     };
-    let [whole, contact] = [view("whole")(whole), view("contact")(contact)];
-    let mut views: Vec<MovieView> = match (body, close.map(view("close-up"))) {
+    let [whole, contact] = [view("whole", whole), view("contact", contact)];
+    let mut views: Vec<MovieView> = match (body, close.map(|close| view("close-up", close))) {
         (None, Some(close)) => vec![close, whole, contact],
         (None, None) => vec![whole, contact],
-        (Some(_), None) if layer.is_none() && !wheel => vec![whole, contact],
+        (Some(_), None) if layer.is_none() && setup.wheel_of.is_none() => vec![whole, contact],
         (Some(_), close) => [contact, whole].into_iter().chain(close).collect(),
     };
     views.dedup_by(|a, b| a.extent == b.extent);
-    if rolls {
-        let near = MovieView {
-            name: "wheel",
-            extent: around(focus, &all),
-            follows: true,
-        };
-        views.insert(0, near);
+    if setup.rolls {
+        views.insert(0, view("wheel", around(focus, &all)));
     }
     views
 }

@@ -134,14 +134,11 @@ fn spacing(nodes: &[[f64; 2]], on_line: &[f64]) -> f64 {
     let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let nearest = |to: &[f64; 2], of: &[[f64; 2]]| {
         let others = of.iter().filter(|one| apart(one, to) > 0.0);
-        others
-            .min_by(|a, b| apart(a, to).total_cmp(&apart(b, to)))
-            .copied()
+        let nearest = others.min_by(|a, b| apart(a, to).total_cmp(&apart(b, to)));
+        nearest.copied()
     };
-    let points: Vec<[f64; 2]> = on_line
-        .chunks_exact(2)
-        .map(|point| [point[0], point[1]])
-        .collect();
+    let points = on_line.chunks_exact(2).map(|point| [point[0], point[1]]);
+    let points: Vec<[f64; 2]> = points.collect();
     let ratio = |point: &[f64; 2]| {
         let node = nearest(point, nodes)?;
         Some(apart(point, &nearest(point, &points)?) / apart(&node, &nearest(&node, nodes)?))

@@ -118,10 +118,11 @@ impl Line {
             y_m: points[point][1],
             points_m: range(points.iter().map(|point| point[0])),
             line_m: range(line_m.into_iter()),
-            cure: if last - first <= high - low {
-                "the line is long enough, but one side is off-centre: move the body or the grains along x"
-            } else {
-                "the line is too short: make the body wider than the row of points"
+            cure: match last - first <= high - low {
+                true => {
+                    "the line is long enough, but one side is off-centre: move the body or the grains along x"
+                }
+                false => "the line is too short: make the body wider than the row of points",
             },
         })
     }
@@ -136,11 +137,8 @@ impl Line {
         }
         let centre = 0.5 * (low + high);
         let mut row: Vec<(usize, f64)> = Vec::new();
-        let start = self
-            .nodes
-            .partition_point(|(_, position)| *position <= low)
-            .saturating_sub(1);
-        for pair in self.nodes[start..].windows(2) {
+        let right = self.nodes.partition_point(|(_, at)| *at <= low);
+        for pair in self.nodes[right.saturating_sub(1)..].windows(2) {
             let ((left, a), (right, b)) = (pair[0], pair[1]);
             if a >= high {
                 break;
@@ -166,10 +164,8 @@ impl Line {
 
     /// Plain interpolation, the limit for a segment of zero length.
     pub(super) fn interpolation(&self, s: f64) -> Vec<(usize, f64)> {
-        let right = self
-            .nodes
-            .partition_point(|(_, position)| *position < s)
-            .clamp(1, self.nodes.len() - 1);
+        let right = self.nodes.partition_point(|(_, at)| *at < s);
+        let right = right.clamp(1, self.nodes.len() - 1);
         let ((i, a), (j, b)) = (self.nodes[right - 1], self.nodes[right]);
         let share = (s - a) / (b - a);
         vec![(i, 1.0 - share), (j, share)]
@@ -257,9 +253,8 @@ fn farthest(nodes: &[[f64; 2]]) -> (usize, usize) {
     let one = from(0);
     let other = from(one);
     let ascending = (nodes[one][0], nodes[one][1]) <= (nodes[other][0], nodes[other][1]);
-    if ascending {
-        (one, other)
-    } else {
-        (other, one)
+    match ascending {
+        true => (one, other),
+        false => (other, one),
     }
 }

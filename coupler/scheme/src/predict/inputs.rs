@@ -25,14 +25,12 @@ pub fn foresee(
 ) -> Result<Vec<(usize, StabilityPrediction)>> {
     let blocks = blocks(coupling, participants)?;
     let (group, scheme) = (coupling.group(), coupling.scheme());
-    let patches = group.patches.iter();
-    patches
-        .filter_map(|patch| {
-            let block = blocks[patch.force_driven].as_ref()?;
-            let inputs = inputs(group, scheme, patch, block, participants);
-            Some(explain(&inputs, scheme).map(|prediction| (patch.index, prediction)))
-        })
-        .collect()
+    let foreseen = group.patches.iter().filter_map(|patch| {
+        let block = blocks[patch.force_driven].as_ref()?;
+        let inputs = inputs(group, scheme, patch, block, participants);
+        Some(explain(&inputs, scheme).map(|prediction| (patch.index, prediction)))
+    });
+    foreseen.collect()
 }
 
 /// The inputs of one interface, `block` being its continuum's compliance (m/N) or impedance (kg/s).

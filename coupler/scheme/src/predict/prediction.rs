@@ -81,11 +81,7 @@ impl Bound {
 
     /// The margin, the name and the kind, as text.
     pub fn line(&self) -> String {
-        let kind = if self.stability {
-            "stability"
-        } else {
-            "accuracy"
-        };
+        let kind = ["accuracy", "stability"][usize::from(self.stability)];
         format!("  margin {:>9.3}  {} ({kind})", self.margin, self.name)
     }
 }
@@ -122,11 +118,8 @@ pub fn predict(inputs: &StabilityInputs, scheme: &CouplingScheme) -> Result<Stab
         prediction.bounds.push(Bound::new(name, margin, stability));
     };
     if let Some((limit, name)) = &inputs.step_limit {
-        add(
-            &format!("{OWN_STEP} ({name})"),
-            limit / inputs.clock.step_s,
-            true,
-        );
+        let name = format!("{OWN_STEP} ({name})");
+        add(&name, limit / inputs.clock.step_s, true);
     }
     if let Some(period) = inputs.first_period_s {
         add(FIRST_PERIOD, 0.25 * period / window_s, false);

@@ -40,13 +40,12 @@ pub struct CheckpointFile {
 /// The checkpoints of a folder, oldest first. Unfinished files have another ending and are left out.
 pub fn list(folder: &Path) -> Vec<CheckpointFile> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut found: Vec<CheckpointFile> = entries
-        .filter_map(|entry| {
-            let path = entry.path();
-            let window = path.file_stem()?.to_str()?.parse().ok()?;
-            (path.extension()? == ENDING).then_some(CheckpointFile { window, path })
-        })
-        .collect();
+    let checkpoints = entries.filter_map(|entry| {
+        let path = entry.path();
+        let window = path.file_stem()?.to_str()?.parse().ok()?;
+        (path.extension()? == ENDING).then_some(CheckpointFile { window, path })
+    });
+    let mut found = Vec::from_iter(checkpoints);
     found.sort_by_key(|found| found.window);
     found
 }
@@ -92,9 +91,8 @@ pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusab
     }
     let (hash, body) = rest.split_at(HASH_BYTES);
     if blake3::hash(body).as_bytes() != hash {
-        return Err(damaged(
-            "its content does not match its hash: it was cut off or damaged",
-        ));
+        let why = "its content does not match its hash: it was cut off or damaged";
+        return Err(damaged(why));
     }
     let other = |error: postcard::Error| {
         unusable(format!("it was written by another build: {error}"), true)
@@ -112,18 +110,17 @@ pub fn read(path: &Path, expected: &About) -> Result<(About, Checkpoint), Unusab
 
 /// The first difference between two checkpoints.
 fn differs(theirs: &About, ours: &About) -> Option<String> {
-    let [their_protocol, our_protocol] = [theirs, ours].map(|of| of.protocol.to_string());
-    let pairs = [
-        ("was written by", &theirs.software, &ours.software),
-        (
-            "belongs to scenario",
-            &theirs.scenario_hash,
-            &ours.scenario_hash,
-        ),
-        ("speaks protocol version", &their_protocol, &our_protocol),
+    let claims = |of: &About| {
+        let (software, scenario) = (of.software.clone(), of.scenario_hash.clone());
+        [software, scenario, of.protocol.to_string()]
+    };
+    let verbs = [
+        "was written by",
+        "belongs to scenario",
+        "speaks protocol version",
     ];
-    let mut pairs = pairs.into_iter();
-    let (verb, theirs, ours) = pairs.find(|(_, theirs, ours)| theirs != ours)?;
+    let mut pairs = verbs.into_iter().zip(claims(theirs)).zip(claims(ours));
+    let ((verb, theirs), ours) = pairs.find(|((_, theirs), ours)| theirs != ours)?;
     Some(format!("it {verb} {theirs}, but this is {ours}"))
 }
 

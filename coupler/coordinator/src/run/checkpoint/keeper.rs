@@ -80,9 +80,8 @@ impl Keeper {
             }
             Some(windows) => (windows, None),
             None if !unable.is_empty() => {
-                rundir.note(&format!(
-                    "no checkpoints: participant {unable} cannot write one"
-                ));
+                let note = format!("no checkpoints: participant {unable} cannot write one");
+                rundir.note(&note);
                 (0, None)
             }
             None if !run.output.exchange => (0, None),

@@ -4,7 +4,9 @@ use super::bar::UnitBar;
 use super::map::{bar, boundary_inertia, inputs};
 use super::setup::{StabilitySetup, keys, largest, word};
 use scenario::error::Error;
-use scheme::keys::{CouplingScheme, Dirichlet, SchemeKeys, SchemeWord};
+use scheme::keys::SchemeWord::{DualSchur, DualSchurSecant, Velocity};
+use scheme::keys::SchemeWord::{FixedPointSerial, StaggeredParallel, StaggeredSerial};
+use scheme::keys::{CouplingScheme, Dirichlet, SchemeKeys};
 use scheme::predict::prediction::{NEUTRAL, explain};
 
 /// A limit, predicted and measured.
@@ -46,21 +48,13 @@ pub fn limits(substeps: &[u32], cfls: &[f64]) -> Result<Vec<Limit>, Error> {
     let mut limits = Vec::new();
     for m in substeps {
         for cfl in cfls {
-            for word in [
-                SchemeWord::StaggeredSerial,
-                SchemeWord::StaggeredParallel,
-                SchemeWord::FixedPointSerial,
-            ] {
+            for word in [StaggeredSerial, StaggeredParallel, FixedPointSerial] {
                 for dirichlet in [Dirichlet::MotionDriven, Dirichlet::ForceDriven] {
                     limits.push(mass_limit(keys(word, dirichlet), *m, *cfl)?);
                 }
             }
         }
-        for word in [
-            SchemeWord::DualSchur,
-            SchemeWord::DualSchurSecant,
-            SchemeWord::Velocity,
-        ] {
+        for word in [DualSchur, DualSchurSecant, Velocity] {
             limits.push(step_limit(keys(word, Dirichlet::MotionDriven), *m)?);
         }
     }

@@ -14,10 +14,8 @@ const TOP: f64 = 66.0;
 
 /// Draws the largest growth over all CFL numbers and stiffness ratios.
 pub fn svg(axes: &Axes, cells: &[Cell]) -> String {
-    let panel = [
-        BOX * axes.mass_ratios.len() as f64,
-        BOX * axes.substeps.len() as f64,
-    ];
+    let counts = [axes.mass_ratios.len(), axes.substeps.len()];
+    let panel = counts.map(|count| BOX * count as f64);
     let width = LEFT + axes.thetas.len() as f64 * (panel[0] + GAP) + 10.0;
     let height = TOP + axes.schemes.len() as f64 * (panel[1] + GAP) + 46.0;
     let mut svg = Svg::default();

@@ -94,8 +94,8 @@ impl StabilitySetup {
     /// Runs windows to a gap (m), with masses that start at 1 m/s.
     pub fn run(&self, response: &Response, windows: u64, gap_m: f64) -> StabilityRun {
         let model = self.model(response);
-        let mut coupling =
-            Coupling::new("glue", self.keys.scheme(), Policy::Stop, model.group(gap_m));
+        let (scheme, group) = (self.keys.scheme(), model.group(gap_m));
+        let mut coupling = Coupling::new("glue", scheme, Policy::Stop, group);
         let mut pair = LinearPair::new(model, MOVING);
         let mut run = StabilityRun::default();
         for index in 0..windows {
