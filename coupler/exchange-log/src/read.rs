@@ -252,9 +252,10 @@ impl LogFile {
             Failure::Damage(why) => LogError::Damaged {
                 path,
                 offset: self.offset,
-                part: match self.in_chunk {
-                    true => format!("chunk {}", self.chunks),
-                    false => format!("a record after {} chunks", self.chunks),
+                part: if self.in_chunk {
+                    format!("chunk {}", self.chunks)
+                } else {
+                    format!("a record after {} chunks", self.chunks)
                 },
                 why,
                 torn: self.is_torn(),

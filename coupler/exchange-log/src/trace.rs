@@ -83,9 +83,10 @@ struct Process {
 
 /// Window and iteration of a request about a window.
 fn args(request: &RequestTimes) -> Value {
-    match is_about_window(request) {
-        true => json!({ "window": request.window, "iteration": request.iteration }),
-        false => json!({}),
+    if is_about_window(request) {
+        json!({ "window": request.window, "iteration": request.iteration })
+    } else {
+        json!({})
     }
 }
 
@@ -195,9 +196,10 @@ fn seen(participant: &ParticipantTimes) -> Vec<Span> {
     let spans = requests.map(|request| {
         let from_ns = request.asked_ns.max(reached_ns);
         reached_ns = request.answered_ns.max(from_ns);
-        let name = match request.kind == Kind::Hello as u32 {
-            true => "set-up".into(),
-            false => kind_name(request.kind),
+        let name = if request.kind == Kind::Hello as u32 {
+            "set-up".into()
+        } else {
+            kind_name(request.kind)
         };
         Span::new(name, [from_ns, reached_ns], args(request))
     });

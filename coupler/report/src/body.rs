@@ -24,9 +24,10 @@ pub fn pressures(run: &RunFiles) -> Result<Vec<Picture>, Error> {
                 0 => "pressure.svg".into(),
                 _ => format!("pressure-{name}.svg"),
             };
-            let of = match several {
-                true => format!("of `{name}`, in its own frame, "),
-                false => String::new(),
+            let of = if several {
+                format!("of `{name}`, in its own frame, ")
+            } else {
+                String::new()
             };
             pressure(file, &format!("{of}at the {words}"), arrays)
         });
@@ -43,9 +44,10 @@ fn pressure(file: String, moment: &str, arrays: &Arrays) -> Option<Picture> {
     let largest = values.iter().copied().fold(0.0, f64::max);
     let words = "hydrostatic pressure (MPa)";
     let scale = ColourScale::new(words, full_mpa(largest), Some("tension"));
-    let scales = match is_to_scale(&extent) {
-        true => "",
-        false => " Each axis has its own scale.",
+    let scales = if is_to_scale(&extent) {
+        ""
+    } else {
+        " Each axis has its own scale."
     };
     let (elements, most) = (values.len(), with_unit(largest, "Pa"));
     Some(Picture {

@@ -217,9 +217,10 @@ fn dropped(whole: &Content, kept: &Content) -> Vec<String> {
             notes.push(format!("{kept} of {whole} {what}, {because}{more}."));
         }
     };
-    let minute = match whole.frames > FRAMES_MOST {
-        true => " and plays in a minute",
-        false => "",
+    let minute = if whole.frames > FRAMES_MOST {
+        " and plays in a minute"
+    } else {
+        ""
     };
     let elements = "elements are drawn, those nearest to the contact, and the outline";
     let grains = "grains are drawn, those nearest to the contact";

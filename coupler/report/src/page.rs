@@ -139,9 +139,12 @@ pub fn table<'a>(
     numbers: &[usize],
     rows: impl IntoIterator<Item: AsRef<[String]>>,
 ) -> String {
-    let cell = |(column, text): (usize, &String)| match numbers.contains(&column) {
-        true => format!("<td class=\"n\">{text}</td>"),
-        false => format!("<td>{text}</td>"),
+    let cell = |(column, text): (usize, &String)| {
+        if numbers.contains(&column) {
+            format!("<td class=\"n\">{text}</td>")
+        } else {
+            format!("<td>{text}</td>")
+        }
     };
     let row = |row: &[String]| {
         let cells: String = row.iter().enumerate().map(cell).collect();
@@ -150,9 +153,10 @@ pub fn table<'a>(
     let head = head.as_ref().iter();
     let head: String = head.map(|text| format!("<th>{text}</th>")).collect();
     let rows: String = rows.into_iter().map(|of| row(of.as_ref())).collect();
-    match rows.is_empty() {
-        true => String::new(),
-        false => format!("<table><tr>{head}</tr>{rows}</table>"),
+    if rows.is_empty() {
+        String::new()
+    } else {
+        format!("<table><tr>{head}</tr>{rows}</table>")
     }
 }
 

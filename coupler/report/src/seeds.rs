@@ -57,9 +57,10 @@ impl SeedMean {
 
 /// The means for a terminal, one per line: all of them, or the most important ones with their meanings.
 pub fn lines(means: &[SeedMean], all: bool) -> Vec<String> {
-    let shown = match all {
-        true => means.iter().collect(),
-        false => chosen(means, |mean| &mean.name),
+    let shown = if all {
+        means.iter().collect()
+    } else {
+        chosen(means, |mean| &mean.name)
     };
     let line = |of: &&SeedMean| {
         let [mean, half_width, low, high] = of.numbers();
@@ -99,8 +100,15 @@ pub fn write(
         let (runs, sentence) = (of.values.len().to_string(), escape(&of.sentence));
         [name, mean, half_width, low, high, runs, sentence]
     });
-    let [low, high] = ["lowest", "highest"];
-    let head = ["result", "mean", "± (95 %)", low, high, "runs", ""];
+    let head = [
+        "result",
+        "mean",
+        "± (95 %)",
+        "lowest",
+        "highest",
+        "runs",
+        "",
+    ];
     let text = table(head, &[1, 2, 3, 4, 5], rows);
     all.insert(0, Section::of_text("Means over the seeds", text));
     for picture in all.iter().flat_map(Section::pictures) {

@@ -162,7 +162,11 @@ pub(super) fn balances(run: &RunFiles) -> Vec<JudgedBalance> {
     let windows = run.number("windows").unwrap_or(1.0).max(1.0);
     let judged = BALANCES.iter().filter_map(|(name, path, bound, meaning)| {
         let value = run.number(path)?;
-        let share = [1.0, windows][usize::from(*path == NOT_CONVERGED_WINDOWS)];
+        let share = if *path == NOT_CONVERGED_WINDOWS {
+            windows
+        } else {
+            1.0
+        };
         let bound = bound.map(|kind| plausible.of(kind).warn);
         Some(JudgedBalance {
             name,

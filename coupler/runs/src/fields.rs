@@ -142,7 +142,8 @@ fn appended_numbers(
     }
     let offset: usize = offset.parse().map_err(|_| "has no number as its offset")?;
     let short = || format!("reaches beyond the end of the file (offset {offset})");
-    let header = [4, 8][usize::from(markup.contains("header_type=\"UInt64\""))];
+    let is_long = markup.contains("header_type=\"UInt64\"");
+    let header = if is_long { 8 } else { 4 };
     let bytes = appended.get(begin + offset..).ok_or_else(short)?;
     let (length, bytes) = bytes.split_at_checked(header).ok_or_else(short)?;
     let length = length.iter().rev();

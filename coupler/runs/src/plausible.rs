@@ -210,9 +210,10 @@ pub fn told_mass(group: &Group, side: usize, columns: &[f64], explicit: bool) ->
     let own = columns.iter().enumerate();
     let parts = own.map(|(i, column)| column * mass[i / 2] / free);
     let part = parts.fold(0.0, larger);
-    let light = match explicit && part > 0.0 {
-        true => 0.2 / (part * m * m),
-        false => 0.0,
+    let light = if explicit && part > 0.0 {
+        0.2 / (part * m * m)
+    } else {
+        0.0
     };
     judge!(TOLD_MASS, larger(0.5 * part, light);
         "under the forces of its columns its points move {part:.3e} of the way that their masses alone would: the masses in its description are too large or too small, or the columns belong to another window")

@@ -77,9 +77,10 @@ impl Steps {
                 let bins = bins.map(|k| [-0.5, 0.5].map(|side| (k as f64 + side) * width));
                 // Where two surfaces have the same ends, the outermost bins have them, too. Else a bin lacks what one surface has not.
                 let same = |k: usize| (own[k] - other[k]).abs() <= SAME_END * whole;
-                let [from, to] = match same(0) && same(1) {
-                    true => [start, end],
-                    false => [f64::NEG_INFINITY, f64::INFINITY],
+                let [from, to] = if same(0) && same(1) {
+                    [start, end]
+                } else {
+                    [f64::NEG_INFINITY, f64::INFINITY]
                 };
                 let inside = bins.map(|[low, high]| [larger(low, from), -larger(-high, -to)]);
                 inside.filter(|[low, high]| low < high).collect()

@@ -115,9 +115,10 @@ fn since(mut first: Changes, again: Changes) -> Changes {
 
 /// The absolute path of a folder; an empty path is the current folder.
 pub fn absolute(folder: &Path) -> PathBuf {
-    let here = match folder.as_os_str().is_empty() {
-        true => Path::new("."),
-        false => folder,
+    let here = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
     };
     std::path::absolute(here).unwrap_or_else(|_| here.to_path_buf())
 }

@@ -286,9 +286,10 @@ impl EnergySums {
     /// rounding.
     pub fn balance_rel(&self) -> f64 {
         let worked = self.worked_j();
-        let scale = match worked > ROUNDING * self.kept_size_j {
-            true => worked,
-            false => self.kept_size_j,
+        let scale = if worked > ROUNDING * self.kept_size_j {
+            worked
+        } else {
+            self.kept_size_j
         };
         ratio(self.defect_j().abs(), scale)
     }

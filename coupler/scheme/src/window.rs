@@ -170,9 +170,10 @@ impl WindowVerdict {
 
     /// The reasons against accepting the window.
     pub fn faults(self) -> Vec<WindowFault> {
-        match self.starved.is_empty() {
-            true => self.open,
-            false => self.starved,
+        if self.starved.is_empty() {
+            self.open
+        } else {
+            self.starved
         }
     }
 }

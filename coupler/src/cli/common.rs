@@ -162,9 +162,10 @@ pub(super) fn print_rows<R: Serialize + ?Sized>(
     json: bool,
     table: impl FnOnce(&R) -> String,
 ) -> VerbResult {
-    print(&match json {
-        true => json!({ "results": rows }).to_string(),
-        false => table(rows),
+    print(&if json {
+        json!({ "results": rows }).to_string()
+    } else {
+        table(rows)
     })
 }
 

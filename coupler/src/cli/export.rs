@@ -68,9 +68,10 @@ fn tables(arguments: &ExportArguments, out: &Path) -> VerbResult {
             "about {megabytes:.0} MB of text; {less}--every 10, --node or --kind reduce it"
         ));
     }
-    let exported = match is_long {
-        true => long(&log, &selection, out)?,
-        false => wide(&log, &selection, out)?,
+    let exported = if is_long {
+        long(&log, &selection, out)?
+    } else {
+        wide(&log, &selection, out)?
     };
     let mut code = 0;
     if let Some(damage) = exported.damage {

@@ -61,9 +61,10 @@ pub fn run(arguments: &RunArguments, registry: &Registry) -> VerbResult {
 /// Prints the summary of a run and returns the run's exit code.
 pub(super) fn conclude(ended: Ended, ending: EndingArguments) -> VerbResult {
     let summary = &ended.summary;
-    let printed = print(&match ending.json {
-        true => summary.to_json(),
-        false => table(&ended.path, summary.value(), &summary.warnings, ending.all),
+    let printed = print(&if ending.json {
+        summary.to_json()
+    } else {
+        table(&ended.path, summary.value(), &summary.warnings, ending.all)
     });
     let code = ended.summary.exit_code;
     ended.error.map_or(printed, Err).map(|_| code)

@@ -223,9 +223,10 @@ impl<'a> SceneSettings<'a> {
         let errors = self.study.measures.iter().zip(&chosen.predictions);
         let errors = errors.map(|(measure, prediction)| {
             let [expected, bound] = [prediction.expected, prediction.bound].map(percent);
-            let scenes = match self.study.seedless {
-                true => "with any seed".into(),
-                false => format!("below {bound} % in 39 of 40 scenes"),
+            let scenes = if self.study.seedless {
+                "with any seed".into()
+            } else {
+                format!("below {bound} % in 39 of 40 scenes")
             };
             format!("{} {expected} % ({scenes})", measure.name)
         });

@@ -120,9 +120,10 @@ impl<'a> Digest<'a> {
         }
         if !self.means.is_empty() {
             let scenes = self.settings.iter().any(|setting| setting.rows.len() > 1);
-            let head = match scenes {
-                true => "means over the scenes, with 95 % intervals",
-                false => "values",
+            let head = if scenes {
+                "means over the scenes, with 95 % intervals"
+            } else {
+                "values"
             };
             let _ = writeln!(text, "\n{head}");
             let line = |of: &EnsembleMean| format!("  {}: {}\n", of.name, of.words());
@@ -130,9 +131,10 @@ impl<'a> Digest<'a> {
         }
         let lines: Vec<String> = self.fallen().collect();
         if !lines.is_empty() {
-            let head = match self.is_held() {
-                true => "not on the fronts, or to be read with care",
-                false => "left out, or to be read with care",
+            let head = if self.is_held() {
+                "not on the fronts, or to be read with care"
+            } else {
+                "left out, or to be read with care"
             };
             let _ = writeln!(text, "\n{head}");
             text.extend(lines.iter().map(|line| format!("  {line}\n")));

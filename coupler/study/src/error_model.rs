@@ -53,9 +53,10 @@ impl KnobErrors {
                 return (vec![0.0], FIRST_ORDER);
             }
             let end = d(last - 1, last);
-            let ratio = match last >= 2 && end > NOISE * floors[measure] {
-                true => (end / d(last - 2, last - 1)).clamp(RATIOS[0], RATIOS[1]),
-                false => FIRST_ORDER,
+            let ratio = if last >= 2 && end > NOISE * floors[measure] {
+                (end / d(last - 2, last - 1)).clamp(RATIOS[0], RATIOS[1])
+            } else {
+                FIRST_ORDER
             };
             let missed = end * ratio / (1.0 - ratio);
             let error = |level: usize| missed + if level == last { 0.0 } else { d(level, last) };

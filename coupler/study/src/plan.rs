@@ -101,9 +101,10 @@ impl Plan {
         let path = &StudyFile::locate(path);
         let file = StudyFile::read(path)?;
         let beside = beside(path)?;
-        let small = match is_small {
-            true => file.small.clone(),
-            false => Small::default(),
+        let small = if is_small {
+            file.small.clone()
+        } else {
+            Small::default()
         };
         let common = [&file.study.set[..], &small.set, set].concat();
         let varied = |set: &&String| {

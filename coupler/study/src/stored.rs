@@ -123,7 +123,11 @@ pub fn serves_budgets(file: &StudyFile, tasks: &[Task]) -> Option<String> {
         _ => {
             let scene = file.vary.iter().filter(|vary| vary.scene);
             let words = scene.map(|vary| {
-                let extent = ["the range of", "any"][usize::from(vary.is_seed())];
+                let extent = if vary.is_seed() {
+                    "any"
+                } else {
+                    "the range of"
+                };
                 format!("{extent} {}", vary.key)
             });
             Some(format!(

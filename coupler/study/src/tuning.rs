@@ -264,9 +264,10 @@ impl Tuning<'_> {
             let ran = ran.chain([(0.0, &rows[0], &base)]).collect();
             let errors = self.errors_of(ran, &floors);
             let is_exact = *knob == Knob::Modes && self.knobs.at(*knob, 1.0).is_none();
-            knobs.push(match is_exact {
-                true => errors.below_exact(),
-                false => errors,
+            knobs.push(if is_exact {
+                errors.below_exact()
+            } else {
+                errors
             });
         }
         Ok(Explored {
@@ -400,7 +401,11 @@ impl Tuning<'_> {
         let each = settings.len() + 1;
         // The reference may have the warnings of the unchanged scene, and a setting the warnings of its reference.
         let is_bad = |rows: &[StudyRow], k: usize| {
-            let reference = [&rows[0].warnings, &explored.warned][usize::from(k == 0)];
+            let reference = if k == 0 {
+                &explored.warned
+            } else {
+                &rows[0].warnings
+            };
             let known =
                 |code: &str| code == "advice" || reference.split(' ').any(|own| own == code);
             !rows[k].is_trusted() || !rows[k].warnings.split_whitespace().all(known)

@@ -144,9 +144,10 @@ impl WheelCycles {
         let (before, length) = (self.now, end - start);
         let [_, _, ratio, pressed, .., held, _] = before;
         let [tangential, normal] = step.on_wheel;
-        let [more, time] = match normal > 0.0 {
-            true => [length * tangential.abs() / normal, length],
-            false => [0.0; 2],
+        let [more, time] = if normal > 0.0 {
+            [length * tangential.abs() / normal, length]
+        } else {
+            [0.0; 2]
         };
         let ledger = flow.map(|flow| *flow.ledger()).unwrap_or_default();
         if 0.5 * (start + end) > program.motion_start() {

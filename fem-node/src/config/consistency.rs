@@ -326,7 +326,11 @@ impl FemConfig {
             ),
             (
                 wheel.is_none() && (shared || half_space),
-                ["heat.wheel_half_space", "heat.wheel_share"][usize::from(shared)],
+                if shared {
+                    "heat.wheel_share"
+                } else {
+                    "heat.wheel_half_space"
+                },
                 "has no effect without a wheel of the body's own",
                 "remove it",
             ),

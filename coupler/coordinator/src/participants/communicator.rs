@@ -284,9 +284,10 @@ impl Peers {
     /// A participant and the wait for its answer. A greeting includes the set-up, which takes longer than other
     /// answers.
     fn waiting(&mut self, peer: usize, greeting: bool) -> (&mut Peer, Wait<'_>) {
-        let (seconds, key) = match greeting {
-            true => (self.deadlines.setup_s, "setup_s"),
-            false => (self.deadlines.answer_s, "answer_s"),
+        let (seconds, key) = if greeting {
+            (self.deadlines.setup_s, "setup_s")
+        } else {
+            (self.deadlines.answer_s, "answer_s")
         };
         let wait = Wait {
             seconds,

@@ -215,9 +215,10 @@ pub fn spawn(mut command: Command, session: &Session, logs: &Path) -> Result<Pro
 /// exist.
 pub fn require_program(participant: &str, program: &str, folder: &Path) -> Result<()> {
     let path = std::env::var_os("PATH").unwrap_or_default();
-    let found = match program.contains('/') {
-        true => folder.join(program).is_file(),
-        false => std::env::split_paths(&path).any(|folder| folder.join(program).is_file()),
+    let found = if program.contains('/') {
+        folder.join(program).is_file()
+    } else {
+        std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
     };
     let shown = folder.display();
     let problem = if !folder.is_dir() {

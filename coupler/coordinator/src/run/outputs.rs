@@ -408,9 +408,10 @@ impl<'a> Outputs<'a> {
             for patch in &coupling.group().patches {
                 let thickness_m = self.scenario.run.thickness_m;
                 let traction = InterfaceTraction::of(coupling, patch, thickness_m);
-                let name = match only {
-                    true => "profile.csv".into(),
-                    false => format!("profile-{}.csv", patch.name),
+                let name = if only {
+                    "profile.csv".into()
+                } else {
+                    format!("profile-{}.csv", patch.name)
                 };
                 self.rundir.write(&name, &traction.csv())?;
                 self.state.sampled.keep_traction(patch.index, traction);

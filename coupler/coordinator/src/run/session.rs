@@ -299,9 +299,10 @@ impl RunSession<'_> {
         let (missed, no_hold) = plausible::unreached(scenario, descriptions, end_s);
         self.warn(missed);
         let mut outputs = self.outputs(recorded, &greeted)?;
-        let result = match scenario.interface.is_empty() {
-            true => self.alone(recorded, &greeted, &mut outputs),
-            false => self.coupled(recorded, &greeted, &mut outputs),
+        let result = if scenario.interface.is_empty() {
+            self.alone(recorded, &greeted, &mut outputs)
+        } else {
+            self.coupled(recorded, &greeted, &mut outputs)
         };
         self.end_outputs(recorded, &mut outputs, result)?;
         self.part(recorded, &outputs)?;

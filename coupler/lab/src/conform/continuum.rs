@@ -42,13 +42,14 @@ pub fn heat(trial: &RuleTrial) -> RuleFinding {
     let end = launch.exchange_heat(&last, HeatRequest::Heat(&none))?;
     let warmed = end.iter().zip(&start).map(|(end, start)| end - start);
     let least = warmed.fold(f64::INFINITY, f64::min);
-    match least > 0.0 {
-        true => Ok(format!(
+    if least > 0.0 {
+        Ok(format!(
             "{HEAT} J at each point warmed each by {least:.1e} K or more"
-        )),
-        false => broken(format!(
+        ))
+    } else {
+        broken(format!(
             "{HEAT} J at each point changed a temperature by {least:e} K in {HEATED_WINDOWS} windows"
-        )),
+        ))
     }
 }
 

@@ -63,9 +63,12 @@ fn minutes(seconds: f64) -> String {
 }
 
 fn section(number: usize, outcome: &CaseOutcome) -> Result<Section, Error> {
-    let paragraph = |text: &str| match text.is_empty() {
-        true => String::new(),
-        false => format!("<p>{}</p>", names(&escape(text))),
+    let paragraph = |text: &str| {
+        if text.is_empty() {
+            String::new()
+        } else {
+            format!("<p>{}</p>", names(&escape(text)))
+        }
     };
     let case = &outcome.case;
     // Exit code and warnings come before the numbers; a run that did not reach its end has no numbers.

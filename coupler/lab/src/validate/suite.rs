@@ -284,9 +284,12 @@ fn judged(case: &SuiteCase, number: &Number, runs: &[Held]) -> CaseRow {
     };
     let pairs: Vec<[Option<f64>; 2]> = runs.iter().map(pair).collect();
     let is_close = |(ours, of)| number.holds(ours, of);
-    let holds = |[ours, expected]: &[Option<f64>; 2]| match number.reported {
-        true => ours.is_some(),
-        false => ours.zip(*expected).is_some_and(is_close),
+    let holds = |[ours, expected]: &[Option<f64>; 2]| {
+        if number.reported {
+            ours.is_some()
+        } else {
+            ours.zip(*expected).is_some_and(is_close)
+        }
     };
     let all = |k: usize| -> Vec<f64> { pairs.iter().filter_map(|pair| pair[k]).collect() };
     let least = all(0).into_iter().reduce(|a, b| -larger(-a, -b));

@@ -140,9 +140,12 @@ impl GrainBody {
         };
         // Grains in store have no radius and no position.
         let coordinate = |k: usize| {
-            let at = |grain: &usize| match radii[*grain] > 0.0 {
-                true => centres[*grain][k],
-                false => f64::NAN,
+            let at = |grain: &usize| {
+                if radii[*grain] > 0.0 {
+                    centres[*grain][k]
+                } else {
+                    f64::NAN
+                }
             };
             self.kept.iter().map(at).collect()
         };

@@ -118,11 +118,10 @@ impl Line {
             y_m: points[point][1],
             points_m: range(points.iter().map(|point| point[0])),
             line_m: range(line_m.into_iter()),
-            cure: match last - first <= high - low {
-                true => {
-                    "the line is long enough, but one side is off-centre: move the body or the grains along x"
-                }
-                false => "the line is too short: make the body wider than the row of points",
+            cure: if last - first <= high - low {
+                "the line is long enough, but one side is off-centre: move the body or the grains along x"
+            } else {
+                "the line is too short: make the body wider than the row of points"
             },
         })
     }
@@ -245,16 +244,20 @@ fn farthest(nodes: &[[f64; 2]]) -> (usize, usize) {
     let from = |origin: usize| {
         let distance =
             |i: usize| (nodes[i][0] - nodes[origin][0]).hypot(nodes[i][1] - nodes[origin][1]);
-        (0..nodes.len()).fold(origin, |best, i| match distance(i) > distance(best) {
-            true => i,
-            false => best,
+        (0..nodes.len()).fold(origin, |best, i| {
+            if distance(i) > distance(best) {
+                i
+            } else {
+                best
+            }
         })
     };
     let one = from(0);
     let other = from(one);
     let ascending = (nodes[one][0], nodes[one][1]) <= (nodes[other][0], nodes[other][1]);
-    match ascending {
-        true => (one, other),
-        false => (other, one),
+    if ascending {
+        (one, other)
+    } else {
+        (other, one)
     }
 }

@@ -191,9 +191,10 @@ impl<'a> Probe<'a> {
         let inner = self.model.response.push.len();
         let continuum = state.rows(0, inner).into_owned();
         let at = |k: usize| state[inner + k];
-        let (velocity, displacement) = match self.prescribes_velocity {
-            true => (at(5), at(6)),
-            false => (0.0, self.model.response.interface.dot(&continuum)),
+        let (velocity, displacement) = if self.prescribes_velocity {
+            (at(5), at(6))
+        } else {
+            (0.0, self.model.response.interface.dot(&continuum))
         };
         self.pair.state = PairState {
             continuum,

@@ -81,7 +81,11 @@ impl Bound {
 
     /// The margin, the name and the kind, as text.
     pub fn line(&self) -> String {
-        let kind = ["accuracy", "stability"][usize::from(self.stability)];
+        let kind = if self.stability {
+            "stability"
+        } else {
+            "accuracy"
+        };
         format!("  margin {:>9.3}  {} ({kind})", self.margin, self.name)
     }
 }

@@ -175,9 +175,10 @@ pub fn departure(cell: &Cell, windows: usize) -> Result<f64, Error> {
     };
     let predicted = forces_of_map(&setup.keys.scheme(), model, &start, windows)?;
     // A fixed point is as exact as its gap; the other schemes end after one repeat for any gap.
-    let gap_m = match repeated {
-        true => REPEATED * inputs(setup, &response).compliance * largest(&predicted),
-        false => 1e-6,
+    let gap_m = if repeated {
+        REPEATED * inputs(setup, &response).compliance * largest(&predicted)
+    } else {
+        1e-6
     };
     let run = setup.run(&response, windows as u64, gap_m);
     let repelling = repeated && cell.growth >= 1.0 + 1e-6;
