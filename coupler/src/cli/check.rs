@@ -93,7 +93,14 @@ fn predictions(ended: Ended) -> Result<(Vec<String>, Option<Error>), Error> {
     match (predicted, ended.error) {
         (_, Some(error @ Error::Interrupted { .. })) => return Err(error),
         (Some(cost), _) => lines.extend(cost_lines(summary, &cost)),
-        (None, Some(Error::Deadline { peer, key, .. })) if key == "setup_s" => {
+        (
+            None,
+            Some(Error::Deadline {
+                peer,
+                key: "setup_s",
+                ..
+            }),
+        ) => {
             lines.push(format!(
                 "stability and cost: not predicted, the set-up of participant {peer} takes longer than {SETUP_S} s and a check does not wait for it; a run keeps the prepared sample, and later checks are quick"
             ));

@@ -30,6 +30,9 @@ use crate::output::snapshot::Snapshots;
 /// Distances of neighbouring exchanged points in the shortest near field that is chosen.
 const SPACINGS_MIN: f64 = 2.0;
 
+/// Number of steps of a window, force and displacements at its end.
+type WindowMotion = (u32, [Vec<f64>; 2]);
+
 /// A linear body as its lowest modes and its static flexibility ([`fem_kernel::reduced`]).
 pub struct ReducedNode {
     /// Mesh, body, scheme and loads.
@@ -50,8 +53,8 @@ pub struct ReducedNode {
     /// C_far of the committed force in windows of this number of steps.
     pub(super) far: Option<(u32, Vec<f64>)>,
     pub(super) committed: ReducedCommitted,
-    /// Last window advanced: index, number of steps, force and displacements.
-    pub(super) pending: Option<(u64, (u32, [Vec<f64>; 2]))>,
+    /// Last window advanced: index, and its steps and motion.
+    pub(super) pending: Option<(u64, WindowMotion)>,
     /// True after a window with more kinetic energy than the loads gave.
     pub(super) suspected: bool,
     /// The committed state in the reported components only.

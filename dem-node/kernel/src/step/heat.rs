@@ -83,7 +83,9 @@ impl Stepper {
         let all = links.with_conductances(vec![0.0; starts.len()]);
         let swift = all.into_iter().enumerate();
         let mut swift = swift.map(|(body, h)| (body, h / capacities[body]));
-        if let Some((body, passed)) = swift.find(|(_, passed)| !(*passed < PASSED_MAX)) {
+        if let Some((body, passed)) =
+            swift.find(|(_, passed)| passed.is_nan() || *passed > PASSED_MAX)
+        {
             return Err(KernelError::Heat { body, passed });
         }
         let ends = links.conducted(&capacities, &starts);
