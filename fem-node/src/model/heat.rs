@@ -38,7 +38,7 @@ const PLASTIC: f64 = 0.9;
 /// Layers in the first row of elements, were they equally thin.
 const LAYERS: f64 = 64.0;
 
-/// Most times of its heat that a vertex may pass on in a step of heat, where rounding takes 1e-8 of it; and most parts of a step.
+/// Most times of its heat that a vertex may pass on in a step of heat, where rounding takes a part of 1e-8; and most parts of a step.
 const PASSED_MAX: f64 = 1e8;
 const PARTS_MAX: f64 = 1e4;
 
@@ -196,7 +196,7 @@ impl BodyHeat {
         larger(jump, 1.0 / state.exchanges as f64)
     }
 
-    /// One over the number of steps of heat, 0 where each own step is one; or, if larger, what a property that changed within a step made of it.
+    /// One over the number of steps of heat, 0 where each own step is one; or, if larger, the effect of a property that changed within a step.
     pub(crate) fn coarseness(&self, state: &HeatState) -> f64 {
         let (few, field) = (heat_coarseness(self.every, state.count), &state.field);
         let bent = field.bent / larger(field.extreme[0], f64::MIN_POSITIVE);

@@ -15,7 +15,7 @@ use crate::law::heat::HeatLaw;
 use crate::step::state::GrainState;
 use crate::step::temperature::PairHeat;
 
-/// Most times of its heat that a grain may pass on in a step of heat, where rounding takes 1e-5 of it.
+/// Most times of its heat that a grain may pass on in a step of heat, where rounding takes a part of 1e-5.
 const PASSED_MAX: f64 = 1e11;
 
 impl Stepper {
