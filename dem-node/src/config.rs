@@ -38,7 +38,6 @@ use serde::Deserialize;
 
 use dem_kernel::bodies::pairs::{GRAINS, ROWS, WHEEL};
 use detachment::DetachmentConfig;
-use disks::DiskConfig;
 use flow::FlowConfig;
 use heat::HeatConfig;
 use injection::InjectionConfig;
@@ -249,9 +248,8 @@ impl DemConfig {
                 softening.validate(&self.law, surface)?;
             }
             if let SampleConfig::Disks(sample) = &self.sample {
-                let free = |disk: &DiskConfig| !disk.glued && disk.cluster.is_none();
                 refuse_if(
-                    sample.fill.is_empty() && !sample.disks.iter().any(free),
+                    sample.grains() == 0,
                     "heat",
                     "needs a grain with a temperature of its own, and all disks are glued or in clusters",
                     "free one of them, or remove `heat`",

@@ -197,14 +197,8 @@ impl Node for Dem {
                 disks.len()
             ))?);
         };
-        let sides = [
-            (0..bodies.base, "base"),
-            (bodies.base..bodies.glued(), "lid"),
-        ];
-        let mut coupled = sides
-            .iter()
-            .filter(|(disks_of, _)| disks.iter().any(|disk| disks_of.contains(disk)));
-        if let Some((_, name)) = coupled.find(|(_, name)| law.held_by_name(name).is_some()) {
+        let mut coupled = self.interface.names(bodies);
+        if let Some(name) = coupled.find(|name| law.held_by_name(name).is_some()) {
             let why = format!(
                 "heat.held_k.{name} or heat.half_spaces.{name} is given, and the interface gives the temperatures of the {name}: remove it"
             );

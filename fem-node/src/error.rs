@@ -170,7 +170,7 @@ impl FemError {
         })
     }
 
-    /// What is kept of the window advanced last, with its number, if it is this one.
+    /// The data of this window, out of the number and the data of the window advanced last.
     pub(crate) fn advanced<T>(window: &Window, last: Option<(u64, T)>) -> Result<T, FemError> {
         let advanced = last.as_ref().map(|(index, _)| *index);
         let kept = last.filter(|(index, _)| *index == window.index);

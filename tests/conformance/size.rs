@@ -9,12 +9,12 @@ use harness::source::{Sources, code_lines, crate_lines, product_crates, read_sou
 /// raises numbers by at most that allowance.
 const LINES: [(&str, usize); 19] = [
     ("protocol", 2_354),
-    ("kit", 2_017),
+    ("kit", 2_020),
     ("network", 823),
-    ("fem-kernel", 9_098),
-    ("fem-node", 8_005),
+    ("fem-kernel", 9_099),
+    ("fem-node", 8_007),
     ("dem-kernel", 10_534),
-    ("dem-node", 8_903),
+    ("dem-node", 8_899),
     ("scheme", 4_333),
     ("exchange-log", 2_060),
     ("scenes", 179),

@@ -588,6 +588,22 @@ fn a_surface_has_its_temperature_from_one_side() {
     }
 }
 
+/// The points of a bare surface are of the base as well.
+#[test]
+fn a_bare_surface_has_its_temperature_from_one_side() {
+    let disks = json!([{"x_m": 0.0, "y_m": R, "radius_m": R}]);
+    let surface = json!({"half_width_m": 1e-3, "spacing_m": 5e-4});
+    let sample = json!({"kind": "disks", "disks": disks, "walls": [], "surface": surface});
+    let keys = heat(json!({"held_k": {"base": 300.0}}));
+    let mut config = scene(json!({"kind": "signorini"}), 1e-3, sample, keys);
+    config["time"] = json!({"pressure_pa": 1.0});
+    let mut dem = build(&config);
+    let points = dem.couple("base").expect("it has this set").x_m.len();
+    let given = dem.take_temperatures(&window(0, 1e-3), &vec![350.0; points]);
+    let why = given.expect_err("it is held").to_string();
+    assert!(why.contains("heat.held_k.base"), "{why}");
+}
+
 /// Steps after the last conduction count at the end: one conduction over all of them.
 #[test]
 fn the_last_steps_conduct_at_the_end() {

@@ -606,7 +606,7 @@ impl FinishedRun<'_> {
 
     fn heat(&self) -> [Option<Finding>; 4] {
         let Some(law) = &self.bodies.heat else {
-            return [None, None, None, None];
+            return Default::default();
         };
         let heat = &self.state.heat;
         let balance = heat.balance_rel(self.bodies, &self.state.ledger);

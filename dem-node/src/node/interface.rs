@@ -127,6 +127,12 @@ impl InterfaceDisks {
         Ok(surface)
     }
 
+    /// Names of the coupled sets.
+    pub fn names(&self, bodies: &Bodies) -> impl Iterator<Item = &'static str> {
+        let coupled = rows(bodies).filter(|(_, disks)| self.disks.contains(&disks[0]));
+        coupled.map(|(name, _)| name)
+    }
+
     /// Maps exchanged components to the components of all `glued` disks; the others are zero.
     pub fn scatter(&self, exchanged: &[f64], glued: usize) -> Vec<f64> {
         let mut all = vec![0.0; 2 * glued];

@@ -10,6 +10,8 @@
 //! Finite volumes around the vertices (Patankar 1980, ch. 4): with H = k t w/d between two of them, no temperature leaves the range of its neighbours,
 //! of the edges and of the start. Steps are implicit along the columns, so that the thinnest layer sets no limit.
 
+use std::sync::Arc;
+
 use kit::heat::{CapacityTable, FluxMemory, factor_at};
 use kit::table::LoadTable;
 use protocol::larger;
@@ -119,7 +121,7 @@ pub struct HeatField {
     pub time: f64,
     /// Factors of the columns for the length of the last step; a step of another length computes them again.
     #[serde(skip)]
-    factors: ColumnFactors,
+    factors: Arc<ColumnFactors>,
 }
 
 impl HeatField {
@@ -447,10 +449,11 @@ impl HeatBody {
     pub fn advance(&self, field: &mut HeatField, time: f64) {
         let parts = (time / self.limit).ceil().max(1.0);
         let step = time / parts;
-        let (changes, mut factors) = (self.changes(), std::mem::take(&mut field.factors));
-        if !changes && factors.step != step {
-            factors = self.factors(step);
+        let changes = self.changes();
+        if !changes && field.factors.step != step {
+            field.factors = Arc::new(self.factors(step));
         }
+        let factors = Arc::clone(&field.factors);
         let mut added = vec![0.0; self.capacity.len()];
         added[..self.columns].copy_from_slice(&field.upper);
         field.upper.fill(0.0);
@@ -465,7 +468,6 @@ impl HeatBody {
             field.time += step;
             self.see_peak(field);
         }
-        field.factors = factors;
     }
 
     /// True where a step has other factors than the one before.

@@ -341,7 +341,7 @@ impl FemConfig {
                 "remove one of the two",
             ),
             (
-                heat.wheel_half_space.is_some()
+                half_space
                     && heat
                         .edges
                         .get("top")

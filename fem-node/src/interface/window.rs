@@ -376,7 +376,9 @@ impl WindowRun {
         self.fields.dissipated.clear();
         self.record.clear();
         self.hold_record = None;
-        self.heat.restore(&committed.heat);
+        if warms_in_steps(model, input) {
+            self.heat.restore(&committed.heat);
+        }
         let [before, now] = &committed.state.thermal;
         // Without a wheel the accelerations are computed anew.
         let before = if model.wheel.is_some() { before } else { now };

@@ -162,7 +162,7 @@ impl FemNode {
             let both = [sampled, &last].into_iter();
             findings.push(plausible::contact_reach(model, both));
             let rolling = wheel.program.rolling.as_ref();
-            let creepage = rolling.map(|_| state.rolled.signals()[0].1);
+            let creepage = rolling.map(|_| state.rolled.creepage());
             let sliding = (creepage, wheel.program.amplitude_m);
             findings.push(plausible::wheel_points(model, &last, sliding));
         }

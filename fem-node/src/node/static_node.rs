@@ -279,7 +279,7 @@ impl StaticNode {
                 .first()
                 .and_then(|held| plausible::contact_resolution(model, held)),
             profiles.last().and_then(|last| {
-                let creepage = self.rolling.as_ref().map(|_| self.rolled.signals()[0].1);
+                let creepage = self.rolling.as_ref().map(|_| self.rolled.creepage());
                 plausible::wheel_points(model, last, (creepage, self.cycling.amplitude))
             }),
         ];

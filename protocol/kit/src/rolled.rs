@@ -223,6 +223,11 @@ impl RollingRecord {
         }
     }
 
+    /// Creepage in the last piece.
+    pub fn creepage(&self) -> f64 {
+        self.last[0]
+    }
+
     /// Its signals by name.
     pub fn signals(&self) -> [(&'static str, f64); 2] {
         let [creepage, force] = self.last;

@@ -6,9 +6,9 @@
 //! more body: its temperature T_w = T_0 + (history + slope q)/b under the flux q = Q/(A h) makes it a capacity A b h/slope, which starts at
 //! T_0 + history/b ([`kit::heat`]). The heat Q since the last conduction enters with the heat of this one.
 
-use super::{StepInput, Stepper};
 use protocol::larger;
 
+use super::{StepInput, Stepper};
 use crate::bodies::Bodies;
 use crate::error::KernelError;
 use crate::law::heat::HeatLaw;
@@ -80,15 +80,15 @@ impl Stepper {
             capacities.push(capacity);
         }
         let links = &self.links;
-        let all = links.with_conductances(vec![0.0; starts.len()]);
-        let swift = all.into_iter().enumerate();
-        let mut swift = swift.map(|(body, h)| (body, h / capacities[body]));
+        let diagonal = links.diagonal(&capacities);
+        let both = diagonal.iter().zip(&capacities).enumerate();
+        let mut swift = both.map(|(body, (all, own))| (body, all / own));
         if let Some((body, passed)) =
             swift.find(|(_, passed)| passed.is_nan() || *passed > PASSED_MAX)
         {
             return Err(KernelError::Heat { body, passed });
         }
-        let ends = links.conducted(&capacities, &starts);
+        let ends = links.conducted(&capacities, &diagonal, &starts);
         // The temperatures follow from the heat that passes at the ends found, so that none is lost.
         let received = links.received(&ends, 1.0);
         for (grain, body, beside, h) in &links.outer {

@@ -32,8 +32,9 @@ impl Links {
         received
     }
 
-    /// Adds all h H at each grain and half-space to its number (J/K).
-    pub fn with_conductances(&self, mut sums: Vec<f64>) -> Vec<f64> {
+    /// Capacity of each grain and half-space with all h H there (J/K), the diagonal of C + h L.
+    pub fn diagonal(&self, capacities: &[f64]) -> Vec<f64> {
+        let mut sums = capacities.to_vec();
         for ([i, j], h) in &self.inner {
             sums[*i] += h;
             sums[*j] += h;
@@ -42,13 +43,12 @@ impl Links {
         sums
     }
 
-    /// The rises after the conduction, up to [`TOLERANCE`]: T + d with (C + h L) d = -h L T, by conjugate gradients with the diagonal.
-    pub fn conducted(&self, capacities: &[f64], start: &[f64]) -> Vec<f64> {
-        let diagonal = self.with_conductances(capacities.to_vec());
+    /// The rises after the conduction, up to [`TOLERANCE`]: T + d with (C + h L) d = -h L T, by conjugate gradients with the `diagonal`.
+    pub fn conducted(&self, capacities: &[f64], diagonal: &[f64], start: &[f64]) -> Vec<f64> {
         let mut residual = self.received(start, 1.0);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let scaled =
-            |r: &[f64]| -> Vec<f64> { r.iter().zip(&diagonal).map(|(r, d)| r / d).collect() };
+            |r: &[f64]| -> Vec<f64> { r.iter().zip(diagonal).map(|(r, d)| r / d).collect() };
         let mut ends = start.to_vec();
         let mut next = scaled(&residual);
         let mut direction = next.clone();
