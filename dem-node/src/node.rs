@@ -211,7 +211,7 @@ impl Node for Dem {
         self.stepper
             .end_heat(state, bodies)
             .map_err(DemError::Kernel)?;
-        Ok(state.heat.exchange(bodies.boundary_points(), disks, &rises))
+        Ok(state.heat.exchange(bodies, disks, &rises))
     }
 
     fn advance_alone(&mut self, window: &Window) -> Result<Vec<f64>, NodeError> {

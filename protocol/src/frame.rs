@@ -91,7 +91,7 @@ kinds! {
     Temperatures = 31, "Temperatures";
     /// Request: temperature (K) of the body at each glued point.
     TakeTemperatures = 32, "Surroundings";
-    /// Answer to `TakeTemperatures`: heat (J) that has left at each glued point since the last one.
+    /// Answer to `TakeTemperatures`: heat (J) that has left at each glued point since the last one, and the heat per kelvin (J/K).
     HeatGiven = 33, "Given";
 }
 

@@ -89,7 +89,8 @@ pub trait Node: Send {
         Err(NodeError::unsupported("heat through its surface"))
     }
 
-    /// Takes the temperatures (K) of the body at each glued point, one number a point, and returns the heat (J) that has left there since the last call.
+    /// Takes the temperatures (K) of the body at each glued point, one number a point. Returns the heat (J) that has left there since the last call, one
+    /// number a point, and then the heat per kelvin (J/K): what a body colder by 1 K would have taken more from grains of the same temperatures.
     fn take_temperatures(
         &mut self,
         window: &Window,

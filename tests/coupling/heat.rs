@@ -76,6 +76,55 @@ fn a_layer_between_two_rails_warms_both() {
     assert!(balance.expect("it has heat") < 1e-12);
 }
 
+/// A rail on four layers whose contacts are solved loosely, so that some gain energy: no node is colder than at the start.
+#[test]
+fn no_node_gets_colder_than_the_start() {
+    let scene = include_str!("../../scenarios/rail-over-layers/scenario.toml");
+    let steel = "conductivity_w_per_m_k = 45.0, capacity_j_per_kg_k = 460.0, start_k = 300.0";
+    let mut sets = vec![
+        "participant.rail.config.time.end_s=3e-4".to_string(),
+        format!("participant.rail.config.heat={{ {steel} }}"),
+    ];
+    for layer in 1..=4 {
+        let config = format!("participant.third-body-{layer}.config");
+        sets.push(format!(
+            "{config}.heat={{ {steel}, young_pa = 205e9, poisson = 0.3 }}"
+        ));
+        sets.push(format!("{config}.solver.tolerance=1e-3"));
+        sets.push(format!("interface.patch-{layer}.heat_every_windows=5"));
+    }
+    let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+    let left = run_in_process(scene, &sets)
+        .expect("it is valid")
+        .completed();
+    let summary = left.ended.summary.value();
+    let range = &summary["fields"]["last"]["rail"]["temperature_k"];
+    let [lowest, highest] = [0, 1].map(|end| range[end].as_f64().expect("there are fields"));
+    assert!(lowest > 300.0 - 1e-9 && highest > 300.05, "{range}");
+}
+
+/// Nor where bonded points lie between nodes of other temperatures: each node takes heat by its own.
+#[test]
+fn no_node_pays_for_a_hotter_one_beside_it() {
+    let scene = include_str!("../../scenarios/quick-bonded/scenario.toml");
+    let heat = |name: &str, more: &str| {
+        format!(
+            "participant.{name}.config.heat={{ {more}, capacity_j_per_kg_k = 460.0, start_k = 300.0 }}"
+        )
+    };
+    let rail = heat("rail", "conductivity_w_per_m_k = 45.0");
+    let grains = "conductivity_w_per_m_k = 400.0, young_pa = 205e9, poisson = 0.3";
+    let grains = heat("third-body", grains);
+    let sets = [&*rail, &grains, "interface.layer-base.heat_every_windows=5"];
+    let left = run_in_process(scene, &sets)
+        .expect("it is valid")
+        .completed();
+    let summary = left.ended.summary.value();
+    let range = &summary["fields"]["last"]["rail"]["temperature_k"];
+    let [lowest, highest] = [0, 1].map(|end| range[end].as_f64().expect("there are fields"));
+    assert!(lowest > 300.0 - 1e-9 && highest > 301.0, "{range}");
+}
+
 /// A rail that expands and softens as it warms: the motion changes, and the bits are the same both ways.
 #[test]
 fn a_rail_expands_and_softens_under_its_grains() {

@@ -649,6 +649,60 @@ fn what_is_warm_holds_less() {
     }
 }
 
+/// Contacts that a loose tolerance leaves unsolved gain energy in some steps: neither a grain nor the body below gets colder by it, and the heat is what
+/// all contacts have lost.
+#[test]
+fn an_unsolved_contact_cools_nothing() {
+    let mut disks = pile();
+    let all = disks.as_array_mut().into_iter().flatten();
+    for (index, disk) in all.enumerate() {
+        disk["vy_m_per_s"] = json!(if index < 4 { 0.0 } else { -0.1 });
+        disk["glued"] = json!(index < 4);
+    }
+    let law = json!({"kind": "coulomb", "friction": 0.9, "contact_stiffness_pa": 1e8, "tangential_stiffness_ratio": 0.5});
+    let mut keys = heat(json!({"conductance_w_per_k": 1e-9}));
+    keys["gravity_m_per_s2"] = json!([30.0, -9.81]);
+    keys["solver"] =
+        json!({"kind": "nsgs", "tolerance": 0.1, "max_iterations": 3, "min_iterations": 1});
+    let sample = json!({"kind": "disks", "disks": disks, "walls": []});
+    let mut config = scene(law, 1e-6, sample, keys);
+    config["time"] = json!({"pressure_pa": 1.0});
+    let mut dem = build(&config);
+    dem.couple("base").expect("it has this set");
+    dem.set_boundary(1e-6, &[0.0; 64]).expect("a rigid body");
+    let mut entered = 0.0;
+    for index in 0..60 {
+        let temperatures = vec![START; 4];
+        let given = dem.take_temperatures(&window(index, 1e-6), &temperatures);
+        let given = given.expect("it has heat");
+        assert!(given.iter().all(|number| *number >= 0.0), "{given:?}");
+        entered += given[..4].iter().sum::<f64>();
+        for index in 50 * index..50 * (index + 1) {
+            let window = window(index, 1e-6);
+            dem.solve(&window, &[0.0; 8]).expect("it can be solved");
+            dem.commit(&window, &[0.0; 8]).expect("it is committed");
+            let grains = dem.state().heat.contents.iter().copied();
+            let lowest = grains.reduce(f64::min);
+            assert!(lowest >= Some(0.0), "{lowest:?}");
+        }
+    }
+    let given = dem.take_temperatures(&window(60, 1e-6), &[START; 4]);
+    entered += given.expect("it has heat")[..4].iter().sum::<f64>();
+    close(
+        "base",
+        entered / result(&mut dem, "heat_to_base_j"),
+        1.0,
+        1e-12,
+    );
+    let lost = result(&mut dem, "heat_friction_j") + dem.state().heat.owed;
+    close(
+        "heat",
+        (result(&mut dem, "heat_stored_j") + entered) / lost,
+        1.0,
+        1e-12,
+    );
+}
+
 /// A disk of 300 K slides over a floor of 600 K: its friction is 0.7 at the mean of 450 K. It cools a half-space of no effusivity to 300 K in its first
 /// step, and all others have the whole friction.
 #[test]

@@ -1,8 +1,9 @@
 //! Heat through the interfaces of a group.
 //!
 //! ```text
-//!   layers:   Q since the last exchange, into the boundary at each glued point      Q_n = N^T Q: no heat is lost
-//!   continua: T of their nodes, with Q_n                                            T_p = N T
+//!   layers:   Q since the last exchange, into the boundary at each glued point, and h = dQ/dT_p at given grains
+//!   continua: T of their nodes                                                                         T_p = N T
+//!   Q_i = sum N_pi (Q_p + h_p (T_p - T_i))      no heat is lost, and no node takes from a grain that is hotter
 //! ```
 //! Every few windows the layers get the temperatures that the continua had at the exchange before, and give the heat that has passed since: conduction
 //! is slower than any window, so that neither side waits for the other.
@@ -19,6 +20,8 @@ use crate::error::Result;
 pub struct HeatState {
     /// Temperatures of the exchanged nodes (K); empty before the first exchange.
     temperature: Vec<f64>,
+    /// Those that the layers have had since the last exchange (K).
+    shown: Vec<f64>,
     /// Heat that has passed into the continuum through each interface (J).
     pub passed: Vec<f64>,
 }
@@ -47,11 +50,12 @@ impl HeatState {
         participants: &mut dyn Participants,
         window: &Window,
     ) -> Result<()> {
-        let given = self.give(group, participants, window)?;
+        let shown = std::mem::take(&mut self.shown);
+        let [given, per_kelvin] = self.give(group, participants, window)?;
         for (passed, patch) in self.passed.iter_mut().zip(&group.patches) {
             *passed += given[patch.points.clone()].iter().sum::<f64>();
         }
-        let heat = group.mapping.spread(&given);
+        let heat = group.mapping.spread(&given, &per_kelvin, &shown);
         self.take(group, participants, window, &heat)
     }
 
@@ -72,19 +76,23 @@ impl HeatState {
         Ok(())
     }
 
-    /// Temperatures of the layers' points for the heat that they have given (J).
+    /// Temperatures of the layers' points for the heat that they have given (J), and their heat per kelvin (J/K).
     fn give(
-        &self,
+        &mut self,
         group: &Group,
         participants: &mut dyn Participants,
         window: &Window,
-    ) -> Result<Vec<f64>> {
+    ) -> Result<[Vec<f64>; 2]> {
         let temperature = group.mapping.means(&self.temperature);
-        let sides = group.motion_driven.iter();
-        let asked = sides.map(|side| {
+        self.shown.clone_from(&self.temperature);
+        let mut given = [Vec::new(), Vec::new()];
+        for side in &group.motion_driven {
             let kelvins = HeatRequest::Temperatures(&temperature[side.range.clone()]);
-            participants.exchange_heat(side.peer, window, kelvins)
-        });
-        Ok(asked.collect::<Result<Vec<_>>>()?.concat())
+            let answer = participants.exchange_heat(side.peer, window, kelvins)?;
+            let (heat, per_kelvin) = answer.split_at(side.range.len());
+            given[0].extend(heat);
+            given[1].extend(per_kelvin);
+        }
+        Ok(given)
     }
 }

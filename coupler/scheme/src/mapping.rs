@@ -157,12 +157,15 @@ impl Mapping {
         self.rows.iter().map(mean).collect()
     }
 
-    /// N^T applied to one number a point; their sum stays, except for rounding.
-    pub fn spread(&self, point: &[f64]) -> Vec<f64> {
+    /// Heat of the nodes (J) for the heat of the points (J) and their heat per kelvin h (J/K), while the nodes had these temperatures (K):
+    /// Q_i = N_ni (Q_n + h_n (T_n - T_i)), which is N_ni times what a node of temperature T_i takes in the place of the mean T_n. The sum of the heat
+    /// stays, except for rounding.
+    pub fn spread(&self, heat: &[f64], per_kelvin: &[f64], nodal: &[f64]) -> Vec<f64> {
         let mut result = vec![0.0; self.nodes];
-        for (value, row) in point.iter().zip(&self.rows) {
+        let means = self.means(nodal);
+        for (((row, heat), h), mean) in self.rows.iter().zip(heat).zip(per_kelvin).zip(means) {
             for (node, weight) in row {
-                result[*node] += weight * value;
+                result[*node] += weight * (heat + h * (mean - nodal[*node]));
             }
         }
         result

@@ -26,7 +26,7 @@ pub enum Request<'a> {
 pub enum HeatRequest<'a> {
     /// Heat that has entered a continuum (J); it answers its temperatures (K).
     Heat(&'a [f64]),
-    /// Temperatures of the boundary of a layer (K); it answers the heat that has left there (J).
+    /// Temperatures of the boundary of a layer (K); it answers the heat that has left there (J), and then its heat per kelvin (J/K).
     Temperatures(&'a [f64]),
 }
 
@@ -93,7 +93,7 @@ pub trait Participants {
         Ok(())
     }
 
-    /// Exchanges heat and temperatures between two windows; the answer has as many numbers. A participant without heat is not asked.
+    /// Exchanges heat and temperatures between two windows; the answer has one number a point, or two of a layer. A participant without heat is not asked.
     fn exchange_heat(
         &mut self,
         peer: usize,

@@ -153,12 +153,14 @@ impl Participants for Remote<'_> {
         window: &Window,
         request: HeatRequest,
     ) -> Result<Vec<f64>> {
-        let (kind, answer, numbers) = match request {
-            HeatRequest::Heat(heat) => (Kind::TakeHeat, Kind::Temperatures, heat),
-            HeatRequest::Temperatures(given) => (Kind::TakeTemperatures, Kind::HeatGiven, given),
+        let (kind, answer, numbers, each) = match request {
+            HeatRequest::Heat(heat) => (Kind::TakeHeat, Kind::Temperatures, heat, 1),
+            HeatRequest::Temperatures(kelvins) => {
+                (Kind::TakeTemperatures, Kind::HeatGiven, kelvins, 2)
+            }
         };
         self.communicator.send(peer, kind, window, numbers)?;
-        self.numbers(peer, answer, window, numbers.len())
+        self.numbers(peer, answer, window, each * numbers.len())
     }
 
     fn report(&mut self, peer: usize) -> Result<Vec<f64>> {

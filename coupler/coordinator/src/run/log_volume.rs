@@ -77,7 +77,7 @@ pub fn coupled(
             turn(windows * motion_runs, size, 2 * size + 3);
             turn(windows, size, report(&greeted[side.peer].description));
             turn(1, 1 + size * size, 0);
-            turn(heat, side.range.len(), side.range.len());
+            turn(heat, side.range.len(), size);
         }
     }
     volume

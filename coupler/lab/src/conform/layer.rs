@@ -64,11 +64,14 @@ pub fn boundary(trial: &RuleTrial) -> RuleFinding {
 /// Temperatures of two bodies below the layer (K).
 const BODIES: [f64; 2] = [300.0, 400.0];
 
-/// Compares the heat into a cold and a hot body.
+/// Most that the heat per kelvin may change from the one to the other, where conductivities depend on temperature.
+const CONDUCTIVITIES: f64 = 2.0;
+
+/// Compares the heat into a cold and a hot body, and its difference with the heat per kelvin.
 pub fn heat(trial: &RuleTrial) -> RuleFinding {
     let offers = trial.tested.description.capabilities.heat;
     offered(offers, "it gives no heat")?;
-    let mut given = Vec::new();
+    let (mut given, mut most) = (Vec::new(), 0.0);
     for kelvins in BODIES {
         let mut launch = trial.begin()?;
         let body = vec![kelvins; launch.size() / 2];
@@ -79,7 +82,12 @@ pub fn heat(trial: &RuleTrial) -> RuleFinding {
         }
         let last = launch.window(WINDOWS - 1);
         let heat = launch.exchange_heat(&last, HeatRequest::Temperatures(&body))?;
+        let (heat, per_kelvin) = heat.split_at(body.len());
         given.push(heat.iter().sum::<f64>());
+        most = larger(
+            most,
+            (BODIES[1] - BODIES[0]) * per_kelvin.iter().sum::<f64>(),
+        );
     }
     let [cold, hot] = [given[0], given[1]];
     if cold == hot {
@@ -89,7 +97,9 @@ pub fn heat(trial: &RuleTrial) -> RuleFinding {
     let compared =
         format!("{cold:.2e} J into a body of {below} K, {hot:.2e} J into one of {above} K");
     if hot < cold {
-        return Ok(compared);
+        let bound = format!("{compared}; by the heat per kelvin at most {most:.2e} J less");
+        let follows = cold - hot <= CONDUCTIVITIES * most;
+        return if follows { Ok(bound) } else { broken(bound) };
     }
     broken(format!("{compared}: heat flows from hot to cold"))
 }

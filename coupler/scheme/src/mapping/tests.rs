@@ -43,6 +43,32 @@ fn linear_fields_are_reproduced_on_flat_and_curved_lines() {
     }
 }
 
+/// From points of temperature T through h (J/K): each node takes N h (T - T_i), and the points lose no more than the nodes get.
+#[test]
+fn each_node_takes_heat_by_its_own_temperature() {
+    let nodes: Vec<[f64; 2]> = (0..41).map(|i| [-0.01 + 5e-4 * i as f64, 0.0]).collect();
+    let points = uneven_points(97, -0.008, 0.008);
+    let mapping = Mapping::new(MappingKind::Mortar, &nodes, &points, None).expect("regular input");
+    let nodal: Vec<f64> = (0..41).map(|i| 300.0 + 50.0 * (i as f64).sin()).collect();
+    let h: Vec<f64> = (0..97).map(|i| 1.0 + (i as f64).cos()).collect();
+    let hot: Vec<f64> = (0..97).map(|i| 350.0 + 9.0 * (i as f64).sin()).collect();
+    let of = |from: &[f64], body: &[f64]| -> Vec<f64> {
+        let each = h.iter().zip(from).zip(body);
+        each.map(|((h, from), body)| h * (from - body)).collect()
+    };
+    let given = of(&hot, &mapping.means(&nodal));
+    let taken = mapping.spread(&given, &h, &nodal);
+    for (node, taken) in taken.iter().enumerate() {
+        let mut unit = vec![0.0; 41];
+        unit[node] = 1.0;
+        let parts = mapping.means(&unit).into_iter();
+        let parts = parts.zip(of(&hot, &[nodal[node]; 97])).map(|(n, q)| n * q);
+        assert!((parts.sum::<f64>() - taken).abs() < 1e-10, "{node}");
+    }
+    let sums = [&given, &taken].map(|all| all.iter().sum::<f64>());
+    assert!((sums[0] / sums[1] - 1.0).abs() < 1e-12, "{sums:?}");
+}
+
 #[test]
 fn force_moment_and_power_are_conserved() {
     let nodes: Vec<[f64; 2]> = (0..41).map(|i| [-0.01 + 5e-4 * i as f64, 0.0]).collect();

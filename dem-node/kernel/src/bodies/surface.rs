@@ -135,8 +135,13 @@ impl BareSurface {
     }
 
     /// True for a segment of the body above; the second argument has the number of glued disks in the boundary, and how many of them lie below.
-    pub fn is_above(&self, segment: usize, [glued, below]: [usize; 2]) -> bool {
-        let number = self.in_boundary(self.segments[segment].points[0], glued) as usize;
+    pub fn is_above(&self, segment: usize, disks: [usize; 2]) -> bool {
+        let number = self.in_boundary(self.segments[segment].points[0], disks[0]);
+        self.is_point_above(number as usize, disks)
+    }
+
+    /// The same of a point by its number in the boundary.
+    pub fn is_point_above(&self, number: usize, [glued, below]: [usize; 2]) -> bool {
         number >= glued + self.base || (below..glued).contains(&number)
     }
 

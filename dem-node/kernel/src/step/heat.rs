@@ -30,10 +30,8 @@ impl Stepper {
         let Some(law) = &bodies.heat else {
             return Ok(());
         };
-        for one in warmed {
-            let places = [&state.centres[..], &state.surface];
-            state.heat.warm(bodies, law, one, places);
-        }
+        let places = [&state.centres[..], &state.surface];
+        state.heat.warm(bodies, law, warmed, places);
         let (steps, time) = state.heat.waited;
         state.heat.waited = (steps + 1, time + input.step);
         if steps + 1 >= law.every {
@@ -92,7 +90,7 @@ impl Stepper {
         // The temperatures follow from the heat that passes at the ends found, so that none is lost.
         let received = links.received(&ends, 1.0);
         for (grain, body, beside, h) in &links.outer {
-            heat.give(bodies, law, *body, h * (ends[*grain] - beside));
+            heat.pass((bodies, law), *body, (*h, ends[*grain], *beside));
         }
         let all = heat.contents.iter_mut().zip(&received);
         for (grain, ((content, joules), capacity)) in all.zip(&base).enumerate() {

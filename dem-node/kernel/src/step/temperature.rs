@@ -46,6 +46,11 @@ impl PairHeat {
             losses: [loss.friction, loss.damping, loss.impact, loss.cohesion],
         }
     }
+
+    /// Heat by each (J).
+    fn parts(&self, law: &HeatLaw) -> [f64; 4] {
+        std::array::from_fn(|k| law.sources[k] * self.losses[k])
+    }
 }
 
 /// The part of the heat that steps change.
@@ -57,6 +62,8 @@ pub struct Heat {
     pub produced: [f64; 4],
     /// Heat that has left to each group of bodies that are no grains (J).
     pub conducted: Vec<f64>,
+    /// Energy that contacts gained which were not solved to the end, and for which others have not made up yet (J).
+    pub owed: f64,
     /// Loss in the dampers of driven clusters (J), which are no contacts: it warms nothing.
     pub drives: f64,
     /// Rises of the groups of bodies that are no grains (K), of those into which heat passes.
@@ -79,8 +86,8 @@ pub struct Heat {
     pub seen: f64,
     /// Rises (K) that a coupler gives to the points of the boundary, NaN to others; empty where it gives none.
     pub beside: Vec<f64>,
-    /// Heat that each of these points has taken since it was last asked for (J).
-    pub given: Vec<f64>,
+    /// Of each of these points since it was last asked for: heat by conduction (J), conductance times time (J/K), heat by losses of contacts (J).
+    pub given: Vec<[f64; 3]>,
     /// Contents of grains, and rises of groups and of the boundary's points that the contacts of the last step had, where temperature changes laws.
     felt: (Vec<f64>, Vec<Option<f64>>, Vec<f64>),
 }
@@ -109,23 +116,45 @@ impl Heat {
         })
     }
 
-    /// Takes rises (K) of points of the boundary, `points` of this many, and returns the heat that each has taken since the last time (J).
-    pub fn exchange(&mut self, of: usize, points: &[usize], rises: &[f64]) -> Vec<f64> {
-        self.given.resize(of, 0.0);
+    /// Takes rises (K) of points of the boundary. Returns the heat that each has taken since the last time (J), and then conductance times time of
+    /// each (J/K). Where contacts gained more energy than they lost, the other points of that side make up for it, or later ones if none can.
+    pub fn exchange(&mut self, bodies: &Bodies, points: &[usize], rises: &[f64]) -> Vec<f64> {
+        let of = bodies.boundary_points();
+        self.given.resize(of, [0.0; 3]);
         self.beside.resize(of, f64::NAN);
         let all = points.iter().zip(rises);
         all.for_each(|(point, rise)| self.beside[*point] = *rise);
-        let given = points.iter();
-        given
-            .map(|point| std::mem::take(&mut self.given[*point]))
-            .collect()
+        let disks = [bodies.glued(), bodies.base];
+        let side = |point: usize| usize::from(bodies.surface.is_point_above(point, disks));
+        let balance = |[passed, _, source]: [f64; 3]| passed.max(0.0) + source;
+        let mut sums = [[0.0; 2]; 2];
+        for point in points {
+            let balance = balance(self.given[*point]);
+            let [gained, lost] = &mut sums[side(*point)];
+            *gained += balance.max(0.0);
+            *lost -= balance.min(0.0);
+        }
+        let left = sums.map(|[gained, lost]: [f64; 2]| {
+            let paid = lost.min(gained);
+            [gained, lost].map(|all| if paid > 0.0 { 1.0 - paid / all } else { 1.0 })
+        });
+        let (mut heat, mut per_kelvin) = (Vec::new(), Vec::new());
+        for point in points {
+            let given = std::mem::take(&mut self.given[*point]);
+            let balance = balance(given);
+            let [of_gained, of_lost] = left[side(*point)];
+            heat.push(given[0].min(0.0) + of_gained * balance.max(0.0));
+            per_kelvin.push(given[1]);
+            self.given[*point][2] = of_lost * balance.min(0.0);
+        }
+        [heat, per_kelvin].concat()
     }
 
     /// Every number that changes a later one.
     pub fn numbers(&self) -> impl Iterator<Item = f64> {
         let sums = self.produced.iter().chain(&self.conducted);
-        let waited = [f64::from(self.waited.0), self.waited.1];
-        let exchanged = self.beside.iter().chain(&self.given);
+        let waited = [f64::from(self.waited.0), self.waited.1, self.owed];
+        let exchanged = self.beside.iter().chain(self.given.iter().flatten());
         let all = self.contents.iter().chain(sums).chain(exchanged).copied();
         let held = self.held.iter().flatten();
         let held = held.filter(|_| !self.half_spaces.is_empty());
@@ -224,7 +253,7 @@ impl Heat {
         if size == 0.0 {
             return 0.0;
         }
-        ((gained - stored - left).abs() + missed) / size
+        ((gained + self.owed - stored - left).abs() + missed) / size
     }
 
     /// Warms a body by the part of the impacts that the scheme loses in it (J), which belongs to no contact; only rigid contacts book it as impacts.
@@ -264,7 +293,23 @@ impl Heat {
             None => self.contents[to.body] += joules / bodies.heat_capacity(law, to.body),
         }
         for (point, share) in to.points.into_iter().flatten() {
-            self.given[point] += share * joules;
+            self.given[point][2] += share * joules;
+        }
+    }
+
+    /// Heat through contacts of h (J/K) from a grain of this rise (K) into a body that is none: each point of the boundary takes by its own rise.
+    pub(super) fn pass(
+        &mut self,
+        (bodies, law): (&Bodies, &HeatLaw),
+        to: HeatTaker,
+        (h, rise, beside): (f64, f64, f64),
+    ) {
+        let whole = HeatTaker { points: None, ..to };
+        self.give(bodies, law, whole, h * (rise - beside));
+        for (point, share) in to.points.into_iter().flatten() {
+            let h = share * h;
+            self.given[point][0] += h * (rise - self.beside[point]);
+            self.given[point][1] += h;
         }
     }
 
@@ -346,33 +391,70 @@ impl Heat {
         }
     }
 
-    /// Warms the bodies of a contact by its losses.
+    /// Warms the bodies of the contacts of a step by their losses. A contact that the solver has not solved to the end may gain energy where others
+    /// lose it. Its grains give back at most what they have gained; the other contacts make up for the rest, now or in the next steps.
     pub(super) fn warm(
         &mut self,
         bodies: &Bodies,
         law: &HeatLaw,
-        of: &PairHeat,
-        [centres, surface]: [&[[f64; 2]]; 2],
+        contacts: &[PairHeat],
+        places: [&[[f64; 2]]; 2],
     ) {
-        let (pair, losses) = (of.pair, of.losses);
-        let mut joules = 0.0;
-        for ((sum, share), lost) in self.produced.iter_mut().zip(law.sources).zip(losses) {
-            *sum += share * lost;
-            joules += share * lost;
-        }
-        let place = (centres[pair[0] as usize], surface);
-        let pair = pair.map(|body| self.taker(bodies, body as usize, place));
-        match pair.map(|body| self.takes(law, body)) {
-            [true, true] => {
-                for body in pair {
-                    self.give(bodies, law, body, 0.5 * joules);
+        let mut lost = 0.0;
+        for of in contacts {
+            let parts = of.parts(law);
+            for (sum, part) in self.produced.iter_mut().zip(parts) {
+                *sum += part;
+            }
+            let joules: f64 = parts.iter().sum();
+            lost += joules.max(0.0);
+            if joules < 0.0 {
+                for (body, share) in self.sides(bodies, law, of, places) {
+                    self.owed += self.give_back(bodies, law, body, -share * joules);
                 }
             }
-            [takes, _] => {
-                let body = if takes { pair[0] } else { pair[1] };
-                self.give(bodies, law, body, joules);
+        }
+        let paid = self.owed.min(lost);
+        self.owed -= paid;
+        let left = if paid > 0.0 { 1.0 - paid / lost } else { 1.0 };
+        for of in contacts {
+            let joules: f64 = of.parts(law).iter().sum();
+            if joules > 0.0 {
+                for (body, share) in self.sides(bodies, law, of, places) {
+                    self.give(bodies, law, body, left * share * joules);
+                }
             }
         }
+    }
+
+    /// The bodies of a contact that take heat, with the shares of its heat.
+    fn sides(
+        &self,
+        bodies: &Bodies,
+        law: &HeatLaw,
+        of: &PairHeat,
+        [centres, surface]: [&[[f64; 2]]; 2],
+    ) -> impl Iterator<Item = (HeatTaker, f64)> + use<> {
+        let place = (centres[of.pair[0] as usize], surface);
+        let pair = of.pair.map(|body| self.taker(bodies, body as usize, place));
+        let shares = match pair.map(|body| self.takes(law, body)) {
+            [true, true] => [0.5, 0.5],
+            [true, false] => [1.0, 0.0],
+            [false, _] => [0.0, 1.0],
+        };
+        let all = pair.into_iter().zip(shares);
+        all.filter(|(_, share)| *share > 0.0)
+    }
+
+    /// Takes heat (J) from a body, from a grain at most what it has gained since the start; returns what is missing.
+    fn give_back(&mut self, bodies: &Bodies, law: &HeatLaw, from: HeatTaker, joules: f64) -> f64 {
+        let gained = match law.group(from.body) {
+            Some(_) => joules,
+            None => self.contents[from.body] * bodies.heat_capacity(law, from.body),
+        };
+        let taken = joules.min(gained.max(0.0));
+        self.give(bodies, law, from, -taken);
+        joules - taken
     }
 }
 
