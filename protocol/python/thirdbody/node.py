@@ -177,10 +177,7 @@ class Node:
         raise _unsupported("heat through its surface")
 
     def take_temperatures(self, window: Window, temperature: np.ndarray) -> np.ndarray:
-        """Heat (J) that has left at each glued point of a layer since the last call, then its heat per kelvin (J/K).
-
-        The body there has this temperature (K) from now on.
-        """
+        """Heat (J) and heat per kelvin (J/K) that left at each glued point since the last call; the body has this temperature (K) from now on."""
         raise _unsupported("heat into its boundary")
 
     def advance_alone(self, window: Window) -> Sequence[float]:

@@ -297,7 +297,7 @@ impl Heat {
         }
     }
 
-    /// Heat through contacts of h (J/K) from a grain of this rise (K) into a body that is none: each point of the boundary takes by its own rise.
+    /// Heat through contacts of h (J/K) from a grain of this rise (K) into another body: each point of the boundary takes by its own rise.
     pub(super) fn pass(
         &mut self,
         (bodies, law): (&Bodies, &HeatLaw),
