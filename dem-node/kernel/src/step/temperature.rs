@@ -126,13 +126,13 @@ impl Heat {
         all.for_each(|(point, rise)| self.beside[*point] = *rise);
         let disks = [bodies.glued(), bodies.base];
         let side = |point: usize| usize::from(bodies.surface.is_point_above(point, disks));
-        let balance = |[passed, _, source]: [f64; 3]| passed.max(0.0) + source;
+        let balance = |[passed, _, source]: [f64; 3]| larger(0.0, passed) + source;
         let mut sums = [[0.0; 2]; 2];
         for point in points {
             let balance = balance(self.given[*point]);
             let [gained, lost] = &mut sums[side(*point)];
-            *gained += balance.max(0.0);
-            *lost -= balance.min(0.0);
+            *gained += larger(0.0, balance);
+            *lost += larger(0.0, -balance);
         }
         let left = sums.map(|[gained, lost]: [f64; 2]| {
             let paid = lost.min(gained);
@@ -143,9 +143,9 @@ impl Heat {
             let given = std::mem::take(&mut self.given[*point]);
             let balance = balance(given);
             let [of_gained, of_lost] = left[side(*point)];
-            heat.push(given[0].min(0.0) + of_gained * balance.max(0.0));
+            heat.push(of_gained * larger(0.0, balance) - larger(0.0, -given[0]));
             per_kelvin.push(given[1]);
-            self.given[*point][2] = of_lost * balance.min(0.0);
+            self.given[*point][2] = -of_lost * larger(0.0, -balance);
         }
         [heat, per_kelvin].concat()
     }
