@@ -13,8 +13,8 @@ const LINES: [(&str, usize); 19] = [
     ("network", 823),
     ("fem-kernel", 9_099),
     ("fem-node", 8_007),
-    ("dem-kernel", 10_606),
-    ("dem-node", 8_899),
+    ("dem-kernel", 10_609),
+    ("dem-node", 8_897),
     ("scheme", 4_340),
     ("exchange-log", 2_060),
     ("scenes", 179),
@@ -25,7 +25,7 @@ const LINES: [(&str, usize); 19] = [
     ("draw", 843),
     ("report", 4_592),
     ("study", 5_029),
-    ("lab", 3_619),
+    ("lab", 3_617),
     ("coupler", 2_940),
 ];
 

@@ -76,6 +76,16 @@ fn a_layer_between_two_rails_warms_both() {
     assert!(balance.expect("it has heat") < 1e-12);
 }
 
+/// Lowest and highest temperature of the rail at the end (K).
+fn rail_at_the_end(scene: &str, sets: &[String]) -> [f64; 2] {
+    let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+    let left = run_in_process(scene, &sets)
+        .expect("it is valid")
+        .completed();
+    let range = &left.ended.summary.value()["fields"]["last"]["rail"]["temperature_k"];
+    [0, 1].map(|end| range[end].as_f64().expect("there are fields"))
+}
+
 /// A rail on four layers whose contacts are solved loosely, so that some gain energy: no node is colder than at the start.
 #[test]
 fn no_node_gets_colder_than_the_start() {
@@ -93,14 +103,11 @@ fn no_node_gets_colder_than_the_start() {
         sets.push(format!("{config}.solver.tolerance=1e-3"));
         sets.push(format!("interface.patch-{layer}.heat_every_windows=5"));
     }
-    let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
-    let left = run_in_process(scene, &sets)
-        .expect("it is valid")
-        .completed();
-    let summary = left.ended.summary.value();
-    let range = &summary["fields"]["last"]["rail"]["temperature_k"];
-    let [lowest, highest] = [0, 1].map(|end| range[end].as_f64().expect("there are fields"));
-    assert!(lowest > 300.0 - 1e-9 && highest > 300.05, "{range}");
+    let [lowest, highest] = rail_at_the_end(scene, &sets);
+    assert!(
+        lowest > 300.0 - 1e-9 && highest > 300.05,
+        "{lowest} {highest}"
+    );
 }
 
 /// Nor where bonded points lie between nodes of other temperatures: each node takes heat by its own.
@@ -115,14 +122,12 @@ fn no_node_pays_for_a_hotter_one_beside_it() {
     let rail = heat("rail", "conductivity_w_per_m_k = 45.0");
     let grains = "conductivity_w_per_m_k = 400.0, young_pa = 205e9, poisson = 0.3";
     let grains = heat("third-body", grains);
-    let sets = [&*rail, &grains, "interface.layer-base.heat_every_windows=5"];
-    let left = run_in_process(scene, &sets)
-        .expect("it is valid")
-        .completed();
-    let summary = left.ended.summary.value();
-    let range = &summary["fields"]["last"]["rail"]["temperature_k"];
-    let [lowest, highest] = [0, 1].map(|end| range[end].as_f64().expect("there are fields"));
-    assert!(lowest > 300.0 - 1e-9 && highest > 301.0, "{range}");
+    let windows = "interface.layer-base.heat_every_windows=5".to_string();
+    let [lowest, highest] = rail_at_the_end(scene, &[rail, grains, windows]);
+    assert!(
+        lowest > 300.0 - 1e-9 && highest > 301.0,
+        "{lowest} {highest}"
+    );
 }
 
 /// A rail that expands and softens as it warms: the motion changes, and the bits are the same both ways.

@@ -1,9 +1,9 @@
 //! Heat through the interfaces of a group.
 //!
 //! ```text
-//!   layers:   Q since the last exchange, into the boundary at each glued point, and h = dQ/dT_p at given grains
+//!   layers:   Q since the last exchange, into the boundary at each glued point, and h = -dQ/dT_p at given grains
 //!   continua: T of their nodes                                                                         T_p = N T
-//!   Q_i = sum N_pi (Q_p + h_p (T_p - T_i))      no heat is lost, and no node takes from a grain that is hotter
+//!   Q_i = sum N_pi (Q_p + h_p (T_p - T_i))      no heat is lost, and each node takes by its own temperature
 //! ```
 //! Every few windows the layers get the temperatures that the continua had at the exchange before, and give the heat that has passed since: conduction
 //! is slower than any window, so that neither side waits for the other.
@@ -20,7 +20,7 @@ use crate::error::Result;
 pub struct HeatState {
     /// Temperatures of the exchanged nodes (K); empty before the first exchange.
     temperature: Vec<f64>,
-    /// Those that the layers have had since the last exchange (K).
+    /// Those that the layers had up to the last exchange (K), under which they gave its heat.
     shown: Vec<f64>,
     /// Heat that has passed into the continuum through each interface (J).
     pub passed: Vec<f64>,
@@ -39,6 +39,7 @@ impl HeatState {
         }
         self.passed = vec![0.0; group.patches.len()];
         self.take(group, participants, window, &vec![0.0; group.nodes.len()])?;
+        self.shown.clone_from(&self.temperature);
         self.give(group, participants, window)?;
         Ok(())
     }
@@ -50,12 +51,11 @@ impl HeatState {
         participants: &mut dyn Participants,
         window: &Window,
     ) -> Result<()> {
-        let shown = std::mem::take(&mut self.shown);
         let [given, per_kelvin] = self.give(group, participants, window)?;
         for (passed, patch) in self.passed.iter_mut().zip(&group.patches) {
             *passed += given[patch.points.clone()].iter().sum::<f64>();
         }
-        let heat = group.mapping.spread(&given, &per_kelvin, &shown);
+        let heat = group.mapping.spread(&given, &per_kelvin, &self.shown);
         self.take(group, participants, window, &heat)
     }
 
@@ -72,19 +72,19 @@ impl HeatState {
             let heat = HeatRequest::Heat(&heat[side.range.clone()]);
             participants.exchange_heat(side.peer, &side.window(window), heat)
         });
-        self.temperature = asked.collect::<Result<Vec<_>>>()?.concat();
+        let answered = asked.collect::<Result<Vec<_>>>()?.concat();
+        self.shown = std::mem::replace(&mut self.temperature, answered);
         Ok(())
     }
 
     /// Temperatures of the layers' points for the heat that they have given (J), and their heat per kelvin (J/K).
     fn give(
-        &mut self,
+        &self,
         group: &Group,
         participants: &mut dyn Participants,
         window: &Window,
     ) -> Result<[Vec<f64>; 2]> {
         let temperature = group.mapping.means(&self.temperature);
-        self.shown.clone_from(&self.temperature);
         let mut given = [Vec::new(), Vec::new()];
         for side in &group.motion_driven {
             let kelvins = HeatRequest::Temperatures(&temperature[side.range.clone()]);

@@ -12,14 +12,12 @@ use crate::config::sample::CutLine;
 /// The sets on the bodies below and above, by name: their glued disks and points of the surface, by ascending x and by their numbers in the
 /// boundary.
 fn rows(bodies: &Bodies) -> impl Iterator<Item = (&'static str, Vec<usize>)> {
-    let (glued, points) = (bodies.glued(), bodies.boundary_points());
-    let first_above = glued + bodies.surface.base;
-    let rows = [
-        ("base", (0..bodies.base).chain(glued..first_above)),
-        ("lid", (bodies.base..glued).chain(first_above..points)),
-    ];
-    let rows = rows.map(|(name, numbers)| {
-        let mut numbers: Vec<usize> = numbers.collect();
+    let disks = [bodies.glued(), bodies.base];
+    let rows = [("base", false), ("lid", true)];
+    let rows = rows.map(|(name, above)| {
+        let numbers = 0..bodies.boundary_points();
+        let on_side = |number: &usize| bodies.surface.is_point_above(*number, disks) == above;
+        let mut numbers: Vec<usize> = numbers.filter(on_side).collect();
         let x = |number: &usize| bodies.boundary_point(*number)[0];
         numbers.sort_by(|i, j| x(i).total_cmp(&x(j)));
         (name, numbers)

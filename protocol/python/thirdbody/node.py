@@ -177,7 +177,7 @@ class Node:
         raise _unsupported("heat through its surface")
 
     def take_temperatures(self, window: Window, temperature: np.ndarray) -> np.ndarray:
-        """Heat (J) and heat per kelvin (J/K) that left at each glued point since the last call; the body has this temperature (K) from now on."""
+        """Heat (J) that left at each glued point since the last call, then all heats per kelvin (J/K); the body has this temperature (K) now."""
         raise _unsupported("heat into its boundary")
 
     def advance_alone(self, window: Window) -> Sequence[float]:

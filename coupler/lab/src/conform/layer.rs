@@ -84,10 +84,7 @@ pub fn heat(trial: &RuleTrial) -> RuleFinding {
         let heat = launch.exchange_heat(&last, HeatRequest::Temperatures(&body))?;
         let (heat, per_kelvin) = heat.split_at(body.len());
         given.push(heat.iter().sum::<f64>());
-        most = larger(
-            most,
-            (BODIES[1] - BODIES[0]) * per_kelvin.iter().sum::<f64>(),
-        );
+        most = larger(most, per_kelvin.iter().sum());
     }
     let [cold, hot] = [given[0], given[1]];
     if cold == hot {
@@ -97,6 +94,7 @@ pub fn heat(trial: &RuleTrial) -> RuleFinding {
     let compared =
         format!("{cold:.2e} J into a body of {below} K, {hot:.2e} J into one of {above} K");
     if hot < cold {
+        let most = (above - below) * most;
         let bound = format!("{compared}; by the heat per kelvin at most {most:.2e} J less");
         let follows = cold - hot <= CONDUCTIVITIES * most;
         return if follows { Ok(bound) } else { broken(bound) };

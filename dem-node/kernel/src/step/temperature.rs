@@ -136,7 +136,7 @@ impl Heat {
         }
         let left = sums.map(|[gained, lost]: [f64; 2]| {
             let paid = lost.min(gained);
-            [gained, lost].map(|all| if paid > 0.0 { 1.0 - paid / all } else { 1.0 })
+            [gained, lost].map(|all| left_of(all, paid))
         });
         let (mut heat, mut per_kelvin) = (Vec::new(), Vec::new());
         for point in points {
@@ -416,7 +416,7 @@ impl Heat {
         }
         let paid = self.owed.min(lost);
         self.owed -= paid;
-        let left = if paid > 0.0 { 1.0 - paid / lost } else { 1.0 };
+        let left = left_of(lost, paid);
         for of in contacts {
             let joules: f64 = of.parts(law).iter().sum();
             if joules > 0.0 {
@@ -456,6 +456,11 @@ impl Heat {
         self.give(bodies, law, from, -taken);
         joules - taken
     }
+}
+
+/// The part of a heat that is left when some of it makes up for contacts that gained energy.
+fn left_of(all: f64, paid: f64) -> f64 {
+    if paid > 0.0 { 1.0 - paid / all } else { 1.0 }
 }
 
 /// Rise of a body (K) by the rises of groups and of the boundary's points (K), if heat passes into it.
