@@ -29,6 +29,7 @@ mod dem_layer_run;
 mod dem_ledger;
 mod dem_lid;
 mod dem_modes;
+mod dem_packs;
 mod dem_pairs;
 mod dem_participant;
 mod dem_penetration;

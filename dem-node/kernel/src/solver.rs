@@ -73,6 +73,13 @@ impl Solver {
     }
 }
 
+impl Solver {
+    /// Contacts whose bonds may fall under the last solution; `None` where all bonds have to be tried.
+    pub fn falling(&self, problem: &Problem) -> Option<Vec<u32>> {
+        self.sweeper.falling(problem)
+    }
+}
+
 /// Refuses an answer that is NaN or infinite.
 fn finite(problem: &mut Problem, convergence: Convergence) -> Result<Convergence, KernelError> {
     problem.boundary.evaluate();

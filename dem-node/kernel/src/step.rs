@@ -38,6 +38,7 @@ use crate::contact::loss::Loss;
 use crate::error::KernelError;
 use crate::law::cohesion::Cohesion;
 use crate::solver::Solver;
+use crate::solver::contact::NO_BOND;
 use crate::solver::criteria::Criteria;
 use crate::solver::partition::{Partition, in_pieces};
 use crate::solver::problem::Problem;
@@ -179,6 +180,8 @@ pub struct Stepper {
     torn: Vec<([u32; 2], Loss)>,
     /// Contacts through which heat passes.
     links: Links,
+    /// Pairs that become contacts together.
+    pack: assembly::packs::Pack,
     /// Force of the grains on each driven cluster, then on each named wall, in the last step (N).
     pub on_named: Vec<[f64; 2]>,
 }
@@ -269,39 +272,41 @@ impl Stepper {
     ) -> bool {
         let (bodies, h) = (input.bodies, input.step);
         let (problem, softens) = (&self.problem, bodies.softens());
-        let contacts = &problem.contacts[..];
-        let pieces = in_pieces(
-            contacts.len(),
-            contacts,
-            criteria.parallel,
-            |range, contacts| {
-                let (mut adhesions, mut softened, mut furthest) = (Vec::new(), Vec::new(), 0.0);
-                for (index, contact) in range.zip(contacts) {
-                    let Some(bond) = problem.bonds.get(contact.bond as usize) else {
-                        continue;
-                    };
-                    let velocity = problem.relative_velocity(contact);
-                    let own = softens.then(|| {
-                        let bond = &state.bonds[bond.index as usize];
-                        state.law_of(bodies, [bond.a, bond.b]).cohesion
-                    });
-                    let own = own.flatten();
-                    let adhesion = bond.fall(own.as_ref().unwrap_or(law), velocity, contact.gap, h);
-                    if adhesion < bond.adhesion[1] {
-                        softened.push(index as u32);
-                    }
-                    furthest = larger(furthest, bond.adhesion[1] - adhesion);
-                    adhesions.push(adhesion);
-                }
-                (adhesions, softened, furthest)
-            },
-        );
+        let solved = problem.bonds.iter().map(|bond| bond.adhesion[1]);
         self.adhesion.clear();
+        self.adhesion.extend(solved);
+        let falling = self.solver.falling(problem).unwrap_or_else(|| {
+            let contacts = (0..).zip(&problem.contacts);
+            let bonded = contacts.filter(|(_, contact)| contact.bond != NO_BOND);
+            bonded.map(|(index, _)| index).collect()
+        });
+        let all = &falling[..];
+        let pieces = in_pieces(all.len(), all, criteria.parallel, |_, falling| {
+            let (mut fallen, mut furthest) = (Vec::new(), 0.0);
+            for index in falling {
+                let contact = &problem.contacts[*index as usize];
+                let bond = &problem.bonds[contact.bond as usize];
+                let velocity = problem.relative_velocity(contact);
+                let own = softens.then(|| {
+                    let bond = &state.bonds[bond.index as usize];
+                    state.law_of(bodies, [bond.a, bond.b]).cohesion
+                });
+                let own = own.flatten();
+                let adhesion = bond.fall(own.as_ref().unwrap_or(law), velocity, contact.gap, h);
+                if adhesion < bond.adhesion[1] {
+                    fallen.push((*index, adhesion));
+                }
+                furthest = larger(furthest, bond.adhesion[1] - adhesion);
+            }
+            (fallen, furthest)
+        });
         self.softened.clear();
         let mut furthest = 0.0;
-        for (adhesions, softened, of_piece) in pieces {
-            self.adhesion.extend(adhesions);
-            self.softened.extend(softened);
+        for (fallen, of_piece) in pieces {
+            for (index, adhesion) in fallen {
+                self.adhesion[problem.contacts[index as usize].bond as usize] = adhesion;
+                self.softened.push(index);
+            }
             furthest = larger(furthest, of_piece);
         }
         let problem = &mut self.problem;

@@ -330,8 +330,9 @@ impl Flow {
         let come = self.present..state.present(bodies);
         let detached = state.worn.detaches().then_some(end);
         self.present = come.end;
+        let positions = state.positions(bodies);
         for (i, grain) in self.grains[..come.end].iter_mut().enumerate() {
-            if state.waits(bodies, i) {
+            if positions.is_taken(i) {
                 continue;
             }
             let (centre, mass) = (state.centres[i], scene.masses[i]);

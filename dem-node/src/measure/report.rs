@@ -218,6 +218,9 @@ pub fn inside_grains(bodies: &Bodies, state: &GrainState) -> usize {
 
 /// Grains that overlap walls of points from behind.
 fn grains_behind(bodies: &Bodies, state: &GrainState) -> usize {
+    if bodies.walls.is_empty() {
+        return 0;
+    }
     let of_grain = state.list.slots.chunk_by(|one, next| one.a == next.a);
     let behind = of_grain.filter(|slots| {
         let walls = slots.iter().map(|slot| slot.b as usize);

@@ -48,6 +48,7 @@ pub struct Proximity {
 }
 
 /// Two disks at a distance; `reach` is the sum of their radii.
+#[inline(always)]
 pub fn between_disks([dx, dy]: [f64; 2], reach: f64) -> Proximity {
     let distance = (dx * dx + dy * dy).sqrt();
     // Coincident centres have no normal; any fixed direction separates them again.

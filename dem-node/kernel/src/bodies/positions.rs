@@ -37,14 +37,20 @@ impl Positions<'_> {
     }
 
     /// Normal and gap of two bodies, a the disk of the lower number.
-    #[inline]
+    #[inline(always)]
     pub fn proximity(&self, a: usize, b: usize) -> Proximity {
         let bodies = self.bodies;
-        let (centre, radius) = (self.centres[a], bodies.radii[a]);
         if b < bodies.disks() {
-            let from_b = between_points(centre, self.centres[b], bodies.period);
-            return between_disks(from_b, radius + bodies.radii[b]);
+            let from_b = between_points(self.centres[a], self.centres[b], bodies.period);
+            return between_disks(from_b, bodies.radii[a] + bodies.radii[b]);
         }
+        self.of_face(a, b)
+    }
+
+    /// The same of a disk and the wheel, a wall or a segment.
+    fn of_face(&self, a: usize, b: usize) -> Proximity {
+        let bodies = self.bodies;
+        let (centre, radius) = (self.centres[a], bodies.radii[a]);
         if let Some(segment) = bodies.segment_index(b) {
             let surface = &bodies.surface;
             return surface.proximity(segment, self.surface, centre, radius);

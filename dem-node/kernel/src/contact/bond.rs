@@ -6,8 +6,9 @@ use crate::bodies::Bodies;
 use crate::contact::detect::Slot;
 use crate::contact::loss::{ContactStep, Loss, rigid_loss, spring_losses};
 use crate::law::cohesion::Cohesion;
+use crate::law::lanes::Real;
 use crate::law::local::BondLaw;
-use crate::law::{Law, PairMobility, relaxation};
+use crate::law::{Law, PairMobility, Springs, relaxation};
 
 /// A bond below this adhesion is broken. With h' = 1 and b = 0 that is an opening of 100 delta_0, where 1e-6 of the
 /// strength and 5e-5 of w are left.
@@ -247,15 +248,150 @@ impl BondContact {
         self.law.set_stiffness(stiffness, h);
     }
 
+    /// delta_t/h at the start of the step (m/s).
+    #[inline(always)]
+    pub fn slip(&self) -> f64 {
+        self.stiffening[1] * self.law.slip
+    }
+
     /// The adhesion at the end of the step, for the opening delta (m) and the velocities u_n and u_t.
     pub fn fall(&self, law: &Cohesion, velocity: [f64; 2], delta: f64, h: f64) -> f64 {
-        let slip = self.stiffening[1] * self.law.slip;
-        let drive = law.drive(delta + h * velocity[0], h * (slip + velocity[1]));
+        let slip = h * (self.slip() + velocity[1]);
+        let drive = law.drive(delta + h * velocity[0], slip);
         let adhesion = law.adhesion_after(self.adhesion[0], drive, h);
         adhesion.min(self.adhesion[1])
     }
 }
 
+/// A bond in a step, or bonds side by side.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BondStep<T = f64> {
+    /// l (m2).
+    pub area: T,
+    /// delta_t before the step (m).
+    pub slip: T,
+    /// Adhesion at the start of the step, in the solution and at the end: a_0, a_1 and a_2.
+    pub adhesion: [T; 3],
+    /// See [`BondContact::relaxation`].
+    pub relaxation: [T; 2],
+}
+
+/// A bond at the end of a step, or bonds side by side.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BondEnd<T = f64> {
+    /// delta (m).
+    pub opening: T,
+    /// delta_t (m).
+    pub slip: T,
+    /// a.
+    pub adhesion: T,
+    /// Energy that falling adhesion and the scheme have taken from the springs of the bond (J).
+    lost: T,
+    /// Surface energy that the bond has lost (J).
+    surface: T,
+    /// The scheme's loss by the velocity before the step (J).
+    behind: T,
+    /// All other losses (J).
+    beside: Loss<T>,
+}
+
+impl<T: Real> BondEnd<T> {
+    /// Its losses: decohesion takes at most the lost surface energy, and the scheme the rest.
+    #[inline(always)]
+    pub fn loss(&self) -> Loss<T> {
+        let cohesion = self.lost.zip(self.surface, f64::min);
+        Loss {
+            cohesion,
+            surface: self.surface,
+            numerical: self.beside.numerical + (self.lost - cohesion + self.behind),
+            ..self.beside
+        }
+    }
+}
+
+impl<T: Real> BondStep<T> {
+    /// The end of the step and its losses, see [`end_step`]; with `slides` there is friction in addition to the bond.
+    #[inline(always)]
+    pub fn end(
+        &self,
+        cohesion: &Cohesion,
+        springs: Option<&Springs>,
+        slides: bool,
+        contact: &ContactStep<T>,
+    ) -> BondEnd<T> {
+        let ([r_n, r_t], [u_n, u_t]) = (contact.impulse, contact.velocity);
+        let (h, half, zero) = (T::of(contact.step), T::of(0.5), T::of(0.0));
+        let (at_start, relaxation) = (T::of(1.0 - contact.theta), self.relaxation);
+        let [before, solved, after] = self.adhesion;
+        let [k_n, k_t] = cohesion.stiffness(self.area, solved);
+        let stored = |adhesion, opening, slip| cohesion.stored(self.area, adhesion, opening, slip);
+        let (opening, slip) = (contact.gap + h * u_n, self.slip + h * u_t);
+        let after = after.map(|after| if after < BROKEN { 0.0 } else { after });
+        let (found, way) = (stored(before, contact.gap, self.slip), h * u_t);
+        // Most bonds do not fall: what their adhesion takes from the springs is then exactly 0.
+        let falls = (before - solved).any_is(|fall| fall != 0.0)
+            || (before - after).any_is(|fall| fall != 0.0);
+        let taken = if falls {
+            found - stored(solved, contact.gap, self.slip) + stored(solved, opening, slip)
+                - stored(after, opening, slip)
+        } else {
+            zero
+        };
+        let mut lost = taken + half * k_t * (way * way);
+        let [pull, push] = [r_n.map(|r_n| r_n.min(0.0)), r_n.map(|r_n| r_n.max(0.0))];
+        let damped = relaxation[0];
+        let stretched = |gap: T| gap.map(|gap| gap.max(0.0));
+        let [numerical, mut damping] = spring_losses(k_n, damped, contact, pull, stretched);
+        lost = lost + numerical;
+        damping = damping + h * relaxation[1] * k_t * u_t * u_t;
+        let surface = |before, after| cohesion.surface([before, after], contact.step);
+        let surface = if falls {
+            before.zip(after, surface)
+        } else {
+            zero
+        };
+        let surface = self.area * surface;
+        let of_springs = springs.map_or([zero; 2], |springs| contact.turned(springs.normal));
+        let detection = of_springs[0] + stored(before, contact.last_gap, self.slip) - found;
+        let unforeseen = of_springs[1] + stored(before, contact.turned_gap, self.slip) - found;
+        let r_f = if slides {
+            r_t + h * k_t * (slip + relaxation[1] * u_t)
+        } else {
+            zero
+        };
+        let beside = match springs {
+            Some(springs) => {
+                let k = T::of(springs.normal);
+                let pressed = |gap: T| gap.map(|gap| gap.min(0.0));
+                let [numerical, of_normal] = spring_losses(k, damped, contact, push, pressed);
+                damping = damping + of_normal;
+                let numerical = numerical + at_start * push * contact.change[0];
+                Loss {
+                    // Taken at the velocity of the law, so that friction never creates energy.
+                    friction: -r_f * u_t,
+                    numerical: numerical + at_start * r_f * contact.change[1],
+                    ..Loss::default()
+                }
+            }
+            None => rigid_loss(contact, [push, r_f]),
+        };
+        let behind = pull * contact.change[0] + (r_t - r_f) * contact.change[1];
+        BondEnd {
+            opening,
+            slip,
+            adhesion: after,
+            lost,
+            surface,
+            behind: at_start * behind,
+            beside: Loss {
+                damping,
+                detection,
+                unforeseen,
+                ..beside
+            },
+        }
+    }
+}
 /// Moves a bond to the end of a step: its opening, slip and adhesion, and the forces of its slot. Returns the losses.
 ///
 /// `contact` is its impulse and motion, its gap delta at detection; adhesion is a_0 at the start and a_1 in the `solution`, and a_2 = `after` at
@@ -275,60 +411,28 @@ pub fn end_step(
     let Some(cohesion) = &law.cohesion else {
         return Loss::default();
     };
-    let ([r_n, r_t], [u_n, u_t], h) = (contact.impulse, contact.velocity, contact.step);
-    let ([before, solved], relaxation) = (solution.adhesion, solution.relaxation);
-    let [k_n, k_t] = cohesion.stiffness(bond.area, solved);
-    let stored = |adhesion, opening, slip| cohesion.stored(bond.area, adhesion, opening, slip);
-    let (opening, slip) = (contact.gap + h * u_n, bond.slip + h * u_t);
-    let after = if after < BROKEN { 0.0 } else { after };
-    let mut lost = stored(before, contact.gap, bond.slip) - stored(solved, contact.gap, bond.slip)
-        + stored(solved, opening, slip)
-        - stored(after, opening, slip)
-        + 0.5 * k_t * (h * u_t).powi(2);
-    let ([pull, push], damped) = ([r_n.min(0.0), r_n.max(0.0)], relaxation[0] > 0.0);
-    let [numerical, mut damping] = spring_losses(k_n, damped, contact, pull, |gap| gap.max(0.0));
-    lost += numerical;
-    damping += h * relaxation[1] * k_t * u_t * u_t;
-    let surface = bond.area * cohesion.surface([before, after], h);
-    let of_springs = law.springs.map_or([0.0; 2], |s| contact.turned(s.normal));
-    let found = stored(before, contact.gap, bond.slip);
-    let detection = of_springs[0] + stored(before, contact.last_gap, bond.slip) - found;
-    let unforeseen = of_springs[1] + stored(before, contact.turned_gap, bond.slip) - found;
-    let beside = r_t + h * k_t * (slip + relaxation[1] * u_t);
-    let slides = law.friction_share(before) > 0.0;
-    let r_f = if slides { beside } else { 0.0 };
-    let mut compressed = match &law.springs {
-        Some(springs) => {
-            let [numerical, of_normal] =
-                spring_losses(springs.normal, damped, contact, push, |gap| gap.min(0.0));
-            let numerical = numerical + (1.0 - contact.theta) * push * contact.change[0];
-            damping += of_normal;
-            Loss {
-                // Taken at the velocity of the law, so that friction never creates energy.
-                friction: -r_f * u_t,
-                numerical: numerical + (1.0 - contact.theta) * r_f * contact.change[1],
-                ..Loss::default()
-            }
-        }
-        None => rigid_loss(contact, [push, r_f]),
+    let [before, solved] = solution.adhesion;
+    let step = BondStep {
+        area: bond.area,
+        slip: bond.slip,
+        adhesion: [before, solved, after],
+        relaxation: solution.relaxation,
     };
-    (bond.opening, bond.slip, bond.adhesion) = (opening, slip, after);
-    (slot.force, slot.last_gap) = ([r_n / h, r_t / h], opening);
-    if after == 0.0 {
+    let slides = law.friction_share(before) > 0.0;
+    let mut end = step.end(cohesion, law.springs.as_ref(), slides, contact);
+    (bond.opening, bond.slip, bond.adhesion) = (end.opening, end.slip, end.adhesion);
+    slot.force = contact.impulse.map(|impulse| impulse / contact.step);
+    slot.last_gap = end.opening;
+    if end.adhesion == 0.0 {
         let [_, k_t] = cohesion.stiffness(bond.area, before);
-        lost -= leave_touching(law, bond, slot, k_t, lost - surface);
+        end.lost -= leave_touching(law, bond, slot, k_t, end.lost - end.surface);
     }
-    let behind = pull * contact.change[0] + (r_t - r_f) * contact.change[1];
-    compressed.cohesion = lost.min(surface);
-    compressed.surface = surface;
-    compressed.numerical += lost - compressed.cohesion + (1.0 - contact.theta) * behind;
-    compressed.damping = damping;
-    (compressed.detection, compressed.unforeseen) = (detection, unforeseen);
-    if after == before {
-        let healed = bond.heal(law, slot.force[0], h);
-        (compressed.relaxation, compressed.healing) = (healed.relaxation, healed.healing);
+    let mut loss = end.loss();
+    if end.adhesion == before {
+        let healed = bond.heal(law, slot.force[0], contact.step);
+        (loss.relaxation, loss.healing) = (healed.relaxation, healed.healing);
     }
-    compressed
+    loss
 }
 
 /// The pair of a broken bond remains as a contact: it touches at the bond's reference and keeps its pressure. The bond's tangential spring k_t

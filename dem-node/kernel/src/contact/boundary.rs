@@ -179,6 +179,9 @@ impl CompliantBoundary {
 
     /// Evaluates v_g = a_g + W_g p again, without the rounding errors of many small changes (Gravouil and Combescure 2001).
     pub fn evaluate(&mut self) {
+        if !self.is_compliant() {
+            return;
+        }
         let mut velocity = std::mem::take(&mut self.velocity);
         velocity.copy_from_slice(&self.free_velocity);
         self.add_product(&self.impulse, &mut velocity);

@@ -1,72 +1,115 @@
 //! The energy that a contact loses in a step: in impacts, in slip, by falling adhesion, by the length of the step, and by detection.
 
 use crate::law::adhesion::Adhesion;
-use crate::law::{Law, Penetration};
+use crate::law::lanes::{Lanes, Real};
+use crate::law::{Law, Penetration, Springs};
 
-/// Impulse and motion of a contact in a step.
+/// Impulse and motion of a contact in a step, or of contacts side by side.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct ContactStep {
+pub struct ContactStep<T = f64> {
     /// Step (s).
     pub step: f64,
     /// Weight of the end velocity.
     pub theta: f64,
     /// Gap at detection (m).
-    pub gap: f64,
+    pub gap: T,
     /// Gap along its normal at the end of the last step (m).
-    pub last_gap: f64,
+    pub last_gap: T,
     /// The same, with the change by the bodies' passing each other in that step.
-    pub turned_gap: f64,
+    pub turned_gap: T,
     /// Elongation of the tangential spring before and after (m).
-    pub spring: [f64; 2],
+    pub spring: [T; 2],
     /// Impulse (N s).
-    pub impulse: [f64; 2],
+    pub impulse: [T; 2],
     /// Relative velocity after the step (m/s).
-    pub velocity: [f64; 2],
+    pub velocity: [T; 2],
     /// Its change in the step (m/s).
-    pub change: [f64; 2],
+    pub change: [T; 2],
     /// True in a scene with springs or bonds: the scheme's loss of a step then has an account of its own, which includes parts of the impacts of
     /// rigid contacts.
     pub elastic: bool,
 }
 
-impl ContactStep {
+impl<T: Real> ContactStep<T> {
     /// Energy that a spring k (N/m) has lost since the last step without any work (J), negative for a gain, and the part of it that is not predicted.
     ///
     /// The work of a step goes along its normal, and disks that pass each other by s turn it: the detected gap is then about s^2/(2 (r_1 + r_2))
     /// wider than the gap at the end of the last step. This is a loss of the scheme, of first order over a run: 1.8 % of the energy of a wheel that
     /// falls on a layer at 10 m/s in steps of 2e-7 s. The part that is not predicted is of second order, or an error of the geometry.
-    pub fn turned(&self, k: f64) -> [f64; 2] {
-        let found = self.gap.min(0.0).powi(2);
+    #[inline(always)]
+    pub fn turned(&self, k: f64) -> [T; 2] {
+        let squared = |gap: T| {
+            let overlap = gap.map(|gap| gap.min(0.0));
+            overlap * overlap
+        };
+        let found = squared(self.gap);
         let before = [self.last_gap, self.turned_gap];
-        before.map(|gap| 0.5 * k * (gap.min(0.0).powi(2) - found))
+        before.map(|gap| T::of(0.5 * k) * (squared(gap) - found))
     }
 }
 
-/// Energy that a contact loses in a step (J).
+/// Energy that a contact loses in a step (J), or contacts side by side.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Loss {
+pub struct Loss<T = f64> {
     /// Loss in impacts of rigid contacts.
-    pub impact: f64,
+    pub impact: T,
     /// Loss in the dampers parallel to the springs.
-    pub damping: f64,
+    pub damping: T,
     /// Loss of the scheme, which vanishes with the step.
-    pub numerical: f64,
+    pub numerical: T,
     /// Loss in slip.
-    pub friction: f64,
+    pub friction: T,
     /// Loss by falling adhesion.
-    pub cohesion: f64,
+    pub cohesion: T,
     /// Shear energy released by healing bonds, and by springs that they replace.
-    pub relaxation: f64,
+    pub relaxation: T,
     /// Surface energy that healing bonds gained, without any work.
-    pub healing: f64,
+    pub healing: T,
     /// Surface energy that the bond has lost, its viscosity included: the loss by falling adhesion in a short step.
-    pub surface: f64,
+    pub surface: T,
     /// Energy lost between two steps by detection, of either sign.
-    pub detection: f64,
+    pub detection: T,
     /// The part of `detection` that the velocities do not predict.
-    pub unforeseen: f64,
+    pub unforeseen: T,
     /// Energy created by the impulses of a rigid contact; a correct law creates none.
-    pub made: f64,
+    pub made: T,
+}
+
+impl<const N: usize> Loss<Lanes<N>> {
+    /// The sum of both.
+    #[inline(always)]
+    pub fn plus(&self, other: &Loss<Lanes<N>>) -> Loss<Lanes<N>> {
+        Loss {
+            impact: self.impact + other.impact,
+            damping: self.damping + other.damping,
+            numerical: self.numerical + other.numerical,
+            friction: self.friction + other.friction,
+            cohesion: self.cohesion + other.cohesion,
+            relaxation: self.relaxation + other.relaxation,
+            healing: self.healing + other.healing,
+            surface: self.surface + other.surface,
+            detection: self.detection + other.detection,
+            unforeseen: self.unforeseen + other.unforeseen,
+            made: self.made + other.made,
+        }
+    }
+
+    /// The sum over the contacts.
+    pub fn sum(&self) -> Loss {
+        Loss {
+            impact: self.impact.sum(),
+            damping: self.damping.sum(),
+            numerical: self.numerical.sum(),
+            friction: self.friction.sum(),
+            cohesion: self.cohesion.sum(),
+            relaxation: self.relaxation.sum(),
+            healing: self.healing.sum(),
+            surface: self.surface.sum(),
+            detection: self.detection.sum(),
+            unforeseen: self.unforeseen.sum(),
+            made: self.made.sum(),
+        }
+    }
 }
 
 /// Energy that a contact without bond loses in a step.
@@ -74,7 +117,7 @@ pub struct Loss {
 /// In a compliant contact the part d' - d of the tangential path h u_t goes into the spring, which loses k (d' - d)^2 / 2 to the scheme, and the rest
 /// is slip. With theta < 1 the difference of the weights is r (1 - theta) du.
 pub fn contact_loss(law: &Law, contact: &ContactStep) -> Loss {
-    let ([r_n, r_t], [d_n, d_t]) = (contact.impulse, contact.change);
+    let [d_n, _] = contact.change;
     let Some(springs) = &law.springs else {
         let rebounds = law.restitution.is_some() && contact.velocity[0] < d_n;
         let repairs = law.penetration == Penetration::Gap && contact.gap < 0.0;
@@ -85,16 +128,27 @@ pub fn contact_loss(law: &Law, contact: &ContactStep) -> Loss {
             ..rigid_loss(contact, contact.impulse)
         };
     };
-    let damped = springs.damping > 0.0;
-    let [normal, damping] = spring_losses(springs.normal, damped, contact, r_n, |gap| gap.min(0.0));
+    compliant_loss(springs, contact)
+}
+
+/// Energy that compliant contacts without bond lose in a step.
+#[inline(always)]
+pub fn compliant_loss<T: Real>(springs: &Springs, contact: &ContactStep<T>) -> Loss<T> {
+    let ([r_n, r_t], [d_n, d_t]) = (contact.impulse, contact.change);
+    let [k_n, damping] = [springs.normal, springs.damping].map(T::of);
+    let [normal, damping] = spring_losses(k_n, damping, contact, r_n, |gap| {
+        gap.map(|gap| gap.min(0.0))
+    });
+    let h = T::of(contact.step);
     let stretch = contact.spring[1] - contact.spring[0];
-    let slip = contact.step * contact.velocity[1] - stretch;
-    let tangential = 0.5 * springs.tangential * stretch.powi(2);
+    let slip = h * contact.velocity[1] - stretch;
+    let tangential = T::of(0.5 * springs.tangential) * (stretch * stretch);
     let [detection, unforeseen] = contact.turned(springs.normal);
+    let before = T::of(1.0 - contact.theta) * (r_n * d_n + r_t * d_t);
     Loss {
         damping,
-        numerical: normal + tangential + (1.0 - contact.theta) * (r_n * d_n + r_t * d_t),
-        friction: -r_t * slip / contact.step,
+        numerical: normal + tangential + before,
+        friction: -r_t * slip / h,
         detection,
         unforeseen,
         ..Loss::default()
@@ -121,39 +175,42 @@ pub fn attraction_loss(law: &Adhesion, [before, now]: [f64; 2], contact: &Contac
 /// Loss of a rigid contact under an impulse (N s): an impact along the normal and slip along the tangent, at the velocity v_theta.
 /// The scheme's loss of the whole step, (theta - 1/2) dv.M dv, includes (theta - 1/2) r du of the contact's. Where the scheme's loss has its own
 /// account, the contact takes its part back, and its loss is the impulse times the mean of the velocities before and after (Kelvin).
-pub fn rigid_loss(contact: &ContactStep, [r_n, r_t]: [f64; 2]) -> Loss {
+#[inline(always)]
+pub fn rigid_loss<T: Real>(contact: &ContactStep<T>, [r_n, r_t]: [T; 2]) -> Loss<T> {
     let ([u_n, u_t], [d_n, d_t]) = (contact.velocity, contact.change);
     let beyond = contact.theta - 0.5;
     let own = if contact.elastic { beyond } else { 0.0 };
-    let before = own + 1.0 - contact.theta;
+    let before = T::of(own + 1.0 - contact.theta);
     Loss {
         impact: -r_n * (u_n - before * d_n),
         friction: -r_t * (u_t - before * d_t),
-        numerical: -own * (r_n * d_n + r_t * d_t),
+        numerical: -T::of(own) * (r_n * d_n + r_t * d_t),
         ..Loss::default()
     }
 }
 
-/// Losses of a normal spring k (N/m) and its parallel damper under the impulse r_n: a spring driven implicitly from an elongation e_0 to e loses
+/// Losses of a normal spring k (N/m) and of its parallel damper, where `damping` is above 0, under the impulse r_n: a spring driven implicitly from an elongation e_0 to e loses
 /// k (e - e_0)^2 / 2 to the scheme; a spring that closes in the step is also pushed over the open gap, k |e| g. The rest of the work is the damper's.
 /// `elongation` takes a gap: its negative part under pressure, its positive part in tension.
-pub fn spring_losses(
-    k: f64,
-    damped: bool,
-    contact: &ContactStep,
-    r_n: f64,
-    elongation: impl Fn(f64) -> f64,
-) -> [f64; 2] {
-    let (h, u_n, before) = (contact.step, contact.velocity[0], elongation(contact.gap));
+#[inline(always)]
+pub fn spring_losses<T: Real>(
+    k: T,
+    damping: T,
+    contact: &ContactStep<T>,
+    r_n: T,
+    elongation: impl Fn(T) -> T,
+) -> [T; 2] {
+    let (h, half, zero) = (T::of(contact.step), T::of(0.5), T::of(0.0));
+    let (u_n, before) = (contact.velocity[0], elongation(contact.gap));
     let open = contact.gap - before;
-    let numerical = |reached: f64| 0.5 * k * (reached - before).powi(2) - k * reached * open;
-    if !damped {
-        let reached = if k > 0.0 { -r_n / (h * k) } else { 0.0 };
-        return [numerical(reached), 0.0];
-    }
-    let reached = elongation(contact.gap + h * u_n);
-    let lost = -r_n * u_n - 0.5 * k * (reached.powi(2) - before.powi(2));
-    [numerical(reached), lost - numerical(reached)]
+    let is_damped = |damping: f64| damping > 0.0;
+    let alone = k.choose(|k| k > 0.0, -r_n / (h * k), zero);
+    let moved = elongation(contact.gap + h * u_n);
+    let reached = damping.choose(is_damped, moved, alone);
+    let stretch = reached - before;
+    let numerical = half * k * (stretch * stretch) - k * reached * open;
+    let lost = -r_n * u_n - half * k * (moved * moved - before * before);
+    [numerical, damping.choose(is_damped, lost - numerical, zero)]
 }
 
 #[cfg(test)]

@@ -6,6 +6,8 @@
 //! With b = 0 and h' = 1 the opening delta_0 = sqrt(w/Cn) starts the decohesion at the strength sqrt(w Cn), then
 //! a = w/D; complete separation dissipates w per area. With h' = a the bond is brittle and dissipates w/2.
 
+use super::lanes::Real;
+
 /// The parameters of the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cohesion {
@@ -52,13 +54,16 @@ impl Cohesion {
     }
 
     /// D = Cn dn^2 + Ct dt^2 (J/m2); a negative opening does not count.
-    pub fn drive(&self, opening: f64, slip: f64) -> f64 {
-        self.normal * opening.max(0.0).powi(2) + self.tangential * slip * slip
+    #[inline(always)]
+    pub fn drive<T: Real>(&self, opening: T, slip: T) -> T {
+        let stretched = opening.map(|opening| opening.max(0.0));
+        T::of(self.normal) * (stretched * stretched) + T::of(self.tangential) * slip * slip
     }
 
     /// Elastic energy of a bond (J): l a^2 D / 2.
-    pub fn stored(&self, area: f64, adhesion: f64, opening: f64, slip: f64) -> f64 {
-        0.5 * area * adhesion * adhesion * self.drive(opening, slip)
+    #[inline(always)]
+    pub fn stored<T: Real>(&self, area: T, adhesion: T, opening: T, slip: T) -> T {
+        T::of(0.5) * area * adhesion * adhesion * self.drive(opening, slip)
     }
 
     /// Energy over the area of the bond that decohesion dissipates as adhesion falls from a_0 to a_1 in a step h (s), viscosity included (J/m2): the
@@ -76,19 +81,37 @@ impl Cohesion {
     }
 
     /// l Cn a^2 and l Ct a^2 (N/m).
-    pub fn stiffness(&self, area: f64, adhesion: f64) -> [f64; 2] {
-        [self.normal, self.tangential].map(|c| area * c * adhesion * adhesion)
+    #[inline(always)]
+    pub fn stiffness<T: Real>(&self, area: T, adhesion: T) -> [T; 2] {
+        [self.normal, self.tangential].map(|c| area * T::of(c) * adhesion * adhesion)
+    }
+
+    /// True for a bond whose adhesion does not fall at D.
+    #[inline(always)]
+    pub fn holds(&self, adhesion: f64, drive: f64) -> bool {
+        match self.h_prime {
+            HPrime::One => self.energy > adhesion * drive,
+            HPrime::Adhesion => (self.energy >= drive) | (adhesion == 0.0),
+        }
     }
 
     /// Adhesion after a step h (s) that ends at D, implicit in a: b ((a_0 - a)/h)^p = a D - w h'(a) (equation 10 of Renouf,
     /// Saulot and Berthier 2006 with its signs corrected; Raous, Cangemi and Cocou 1999).
     ///
     /// p = 1 has closed forms, a = (h w + b a_0)/(b + h D) for h' = 1 and a = a_0 b / (b + h (D - w)) for h' = a.
+    #[inline(always)]
     pub fn adhesion_after(&self, adhesion: f64, drive: f64, h: f64) -> f64 {
-        let (a, w, b) = (adhesion, self.energy, self.viscosity);
+        if self.holds(adhesion, drive) {
+            return adhesion;
+        }
+        self.fallen(adhesion, drive, h)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn fallen(&self, a: f64, drive: f64, h: f64) -> f64 {
+        let (w, b) = (self.energy, self.viscosity);
         match self.h_prime {
-            HPrime::One if w > a * drive => a,
-            HPrime::Adhesion if w >= drive || a == 0.0 => a,
             HPrime::One if self.power == 1.0 || b == 0.0 => {
                 a.min((h * w + b * a) / (b + h * drive))
             }

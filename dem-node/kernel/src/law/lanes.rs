@@ -3,7 +3,91 @@
 //! The compiler turns loops over many arrays into vector code only when it can prove that they do not overlap, and else gives up. Numbers that are
 //! loaded by value, and stored at the end, leave nothing to prove.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A number, or a number of each of several contacts: formulas over it hold for one contact and for contacts side by side, with the same bits.
+pub trait Real:
+    Copy
+    + Default
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+{
+    /// The same number for each contact.
+    fn of(value: f64) -> Self;
+
+    /// A function of each number.
+    fn map(self, function: impl Fn(f64) -> f64) -> Self;
+
+    /// A function of two numbers of each contact.
+    fn zip(self, other: Self, function: impl Fn(f64, f64) -> f64) -> Self;
+
+    /// The number of each contact in `yes` where the test of its own holds, else in `no`.
+    fn choose(self, test: impl Fn(f64) -> bool, yes: Self, no: Self) -> Self;
+
+    /// True if the test holds for any contact.
+    fn any_is(self, test: impl Fn(f64) -> bool) -> bool;
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn of(value: f64) -> f64 {
+        value
+    }
+
+    #[inline(always)]
+    fn map(self, function: impl Fn(f64) -> f64) -> f64 {
+        function(self)
+    }
+
+    #[inline(always)]
+    fn zip(self, other: f64, function: impl Fn(f64, f64) -> f64) -> f64 {
+        function(self, other)
+    }
+
+    #[inline(always)]
+    fn choose(self, test: impl Fn(f64) -> bool, yes: f64, no: f64) -> f64 {
+        if test(self) { yes } else { no }
+    }
+
+    #[inline(always)]
+    fn any_is(self, test: impl Fn(f64) -> bool) -> bool {
+        test(self)
+    }
+}
+
+impl<const N: usize> Real for Lanes<N> {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        Lanes::splat(value)
+    }
+
+    #[inline(always)]
+    fn map(self, function: impl Fn(f64) -> f64) -> Self {
+        self.zip(self, |x, _| function(x))
+    }
+
+    #[inline(always)]
+    fn zip(self, other: Self, function: impl Fn(f64, f64) -> f64) -> Self {
+        Lanes::zip(self, other, function)
+    }
+
+    #[inline(always)]
+    fn choose(self, test: impl Fn(f64) -> bool, yes: Self, no: Self) -> Self {
+        let mut lanes = yes.0;
+        for (k, lane) in lanes.iter_mut().enumerate() {
+            *lane = if test(self.0[k]) { *lane } else { no.0[k] };
+        }
+        Lanes(lanes)
+    }
+
+    #[inline(always)]
+    fn any_is(self, test: impl Fn(f64) -> bool) -> bool {
+        self.0.iter().fold(false, |any, x| any | test(*x))
+    }
+}
 
 /// A number of each of N contacts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,6 +195,7 @@ macro_rules! lane_by_lane {
 lane_by_lane!(Add, add, +);
 lane_by_lane!(Sub, sub, -);
 lane_by_lane!(Mul, mul, *);
+lane_by_lane!(Div, div, /);
 
 impl<const N: usize> Neg for Lanes<N> {
     type Output = Self;

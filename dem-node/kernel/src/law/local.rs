@@ -40,7 +40,7 @@ pub struct LocalLaw {
 /// Bodies that can move relative to each other in one direction only have W_nn W_tt = W_nt^2: a rigid contact of two bodies with prescribed sideways
 /// motion (glued disk on a fixed boundary under the wheel), where W_tt = 0, or a grain that is guided along an axis, under any angle. No law
 /// determines the friction of such a contact at rest, and it is 0 under this small addition to W_tt; friction that slides follows its direction.
-const PRESCRIBED: f64 = 1e-9;
+pub(crate) const PRESCRIBED: f64 = 1e-9;
 
 impl LocalLaw {
     /// Prepares a contact whose block holds its springs. Sliding needs W_nn - mu |W_nt| > 0, or its impulse is not unique.
@@ -61,7 +61,14 @@ impl LocalLaw {
                 denominator,
             });
         }
-        let (held, least) = (block.nt * block.nt / block.nn, PRESCRIBED * block.nn);
+        // Two single disks: with few divisions.
+        let single = block.nt == 0.0;
+        let held = if single {
+            0.0
+        } else {
+            block.nt * block.nt / block.nn
+        };
+        let least = PRESCRIBED * block.nn;
         let excess = block.tt - held;
         if excess < -least || excess.is_nan() {
             return Err(KernelError::Indefinite {
@@ -72,14 +79,12 @@ impl LocalLaw {
         }
         let tangential = block.tt.max(held + least);
         let determinant = block.nn * tangential - block.nt * block.nt;
-        // Two single disks, with few divisions.
-        if block.nt == 0.0 {
+        if single {
             let [nn, tt] = [block.nn, tangential].map(|w| 1.0 / w);
-            return Ok(LocalLaw {
-                inverse: DelassusBlock { nn, nt: 0.0, tt },
-                slide: [nn; 2],
+            return Ok(LocalLaw::single(
+                DelassusBlock { nn, nt: 0.0, tt },
                 friction,
-            });
+            ));
         }
         let shear = friction * block.nt;
         let one_over = 1.0 / determinant;
@@ -92,6 +97,16 @@ impl LocalLaw {
             slide: [block.nn + shear, block.nn - shear].map(|slides| 1.0 / slides),
             friction,
         })
+    }
+
+    /// The law of two single disks by the inverse of their block, whose W_nt is 0.
+    #[inline(always)]
+    pub(crate) fn single(inverse: DelassusBlock, friction: f64) -> LocalLaw {
+        LocalLaw {
+            inverse,
+            slide: [inverse.nn; 2],
+            friction,
+        }
     }
 
     /// The impulse (r_n, r_t) that solves the local problem U = b + W r under Signorini (0 <= U_n, complementary to
@@ -153,6 +168,18 @@ impl BondLaw {
             slip,
             friction,
             ..BondLaw::default()
+        }
+    }
+
+    /// The law without friction for the block of two single disks, prepared with these stiffnesses in shear and in tension.
+    #[inline(always)]
+    pub(crate) fn prepared(kappa: [f64; 2], slip: f64, [shear, tension]: [f64; 2]) -> BondLaw {
+        BondLaw {
+            kappa,
+            slip,
+            friction: 0.0,
+            shear,
+            tension,
         }
     }
 

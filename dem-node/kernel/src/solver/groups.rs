@@ -14,6 +14,7 @@ use super::partition::{Partition, Subdomain, for_each_subdomain};
 use super::problem::Problem;
 use super::residual::{Defect, Quad, Sums};
 use super::rolling;
+use crate::law::cohesion::Cohesion;
 use crate::law::lanes::{self, widest};
 use crate::law::vector::{normal_impulse, tangential_impulse};
 use grouping::{EMPTY, Grouping, LANES};
@@ -49,6 +50,28 @@ struct GroupBonds {
     friction: Doubles,
     shear: Doubles,
     tension: Doubles,
+    fall: GroupFall,
+}
+
+/// What decides whether the bonds of a group fall, see [`crate::contact::bond::BondContact::fall`].
+#[derive(Clone, Copy, Debug, Default)]
+struct GroupFall {
+    /// Adhesion at the start of the step.
+    adhesion: Doubles,
+    /// delta at detection (m), and delta_t/h at the start of the step (m/s).
+    gap: Doubles,
+    slip: Doubles,
+}
+
+impl GroupFall {
+    /// 1 where the adhesion falls under these relative velocities (m/s), else 0.
+    #[inline(always)]
+    fn falls(&self, (law, h): &(Cohesion, f64), [u_n, u_t]: [Doubles; 2]) -> Doubles {
+        let h = Doubles::splat(*h);
+        let drive = law.drive(self.gap + h * u_n, h * (self.slip + u_t));
+        let falls = |adhesion, drive| if law.holds(adhesion, drive) { 0.0 } else { 1.0 };
+        self.adhesion.zip(drive, falls)
+    }
 }
 
 /// Squares of a sweep, lane by lane: ||W dr||^2 and ||W r||^2.
@@ -85,7 +108,10 @@ impl Group {
             let Some(contact) = problem.contacts.get(*member as usize) else {
                 continue;
             };
-            let (law, compressed) = (&problem.bonds[contact.bond as usize].law, &contact.law);
+            let bond = &problem.bonds[contact.bond as usize];
+            let (law, compressed) = (&bond.law, &contact.law);
+            bonds.fall.adhesion.0[k] = bond.adhesion[0];
+            (bonds.fall.gap.0[k], bonds.fall.slip.0[k]) = (contact.gap, bond.slip());
             (bonds.slip.0[k], bonds.friction.0[k]) = (law.slip, compressed.friction);
             (bonds.shear.0[k], bonds.tension.0[k]) = (law.shear, law.tension);
             self.inverse[0].0[k] = compressed.inverse.nn;
@@ -94,7 +120,7 @@ impl Group {
         bonds
     }
 
-    /// W in either direction, without springs, and the impulse that each contact wants by its own law. With W_nt = 0 the closed solution of
+    /// W in either direction, without springs, the impulse that each contact wants by its own law, and its velocity u. With W_nt = 0 the closed solution of
     /// [`crate::law::LocalLaw`] is r_n = max(0, -b_n / D_n), r_t = -b_t / D_t within +-mu r_n, D the diagonal of W with its springs and
     /// b = u + bias - W r; a bond has the solution of [`crate::law::local::BondLaw::impulse`].
     #[inline(always)]
@@ -103,7 +129,7 @@ impl Group {
         records: &[BodyRecord],
         friction: Doubles,
         bonds: Option<&GroupBonds>,
-    ) -> [[Doubles; 2]; 2] {
+    ) -> [[Doubles; 2]; 3] {
         let [mut dx, mut dy, mut ds, mut w] = [[0.0; LANES]; 4];
         for k in 0..LANES {
             let (a, b) = (&records[self.a[k] as usize], &records[self.b[k] as usize]);
@@ -114,7 +140,8 @@ impl Group {
         }
         let [dx, dy, ds, w] = [dx, dy, ds, w].map(lanes::Lanes);
         let ([nx, ny], [old_n, old_t]) = (self.normal, self.impulse);
-        let b_n = nx * dx + ny * dy + self.bias[0] - w * old_n;
+        let u_n = nx * dx + ny * dy;
+        let b_n = u_n + self.bias[0] - w * old_n;
         let r_n = match bonds {
             None => normal_impulse(b_n, self.inverse[0]),
             Some(bonds) => {
@@ -124,12 +151,13 @@ impl Group {
             }
         };
         if !FRICTION {
-            return [[w, Doubles::default()], [r_n, old_t]];
+            return [[w, Doubles::default()], [r_n, old_t], [u_n, u_n]];
         }
         let (one, two) = (Doubles::splat(1.0), Doubles::splat(2.0));
         let lever = self.lever;
         let w_t = (one + two * lever * lever) * w;
-        let b_t = nx * dy - ny * dx - lever * ds + self.bias[1] - w_t * old_t;
+        let u_t = nx * dy - ny * dx - lever * ds;
+        let b_t = u_t + self.bias[1] - w_t * old_t;
         let r_t = match bonds {
             None => tangential_impulse(-b_t * self.inverse[1], friction * r_n),
             Some(bonds) => {
@@ -140,10 +168,10 @@ impl Group {
                 r_f - pull - bonds.shear * w_t * r_f
             }
         };
-        [[w, w_t], [r_n, r_t]]
+        [[w, w_t], [r_n, r_t], [u_n, u_t]]
     }
 
-    /// Adds the defects of the contacts, in the order of [`Sums::join`]; D is their diagonal with springs.
+    /// Adds the defects of the contacts, in the order of [`Sums::join`]; D is their diagonal with springs. Returns their velocities u.
     #[inline(always)]
     fn look<const FRICTION: bool>(
         &self,
@@ -151,8 +179,8 @@ impl Group {
         friction: Doubles,
         (bonds, diagonal): (Option<&GroupBonds>, &[Doubles; 2]),
         sums: &mut [Doubles; 8],
-    ) {
-        let [w, wanted] = self.wanted::<FRICTION>(records, friction, bonds);
+    ) -> [Doubles; 2] {
+        let [w, wanted, u] = self.wanted::<FRICTION>(records, friction, bonds);
         let half = Doubles::splat(0.5);
         let [mut dv_dv, mut rr] = [Doubles::default(); 2];
         for axis in 0..2 {
@@ -172,6 +200,7 @@ impl Group {
         sums[2] = sums[2] + one.zip(rr, |one, rr| if rr == 0.0 { 0.0 } else { one });
         sums[3] = sums[3] + dv_dv;
         sums[5] = sums[5] + dv_dv * rr;
+        u
     }
 
     /// Solves each contact for its own impulse.
@@ -183,7 +212,7 @@ impl Group {
         bonds: Option<&GroupBonds>,
         squares: &mut Squares,
     ) {
-        let [[w, w_t], [r_n, r_t]] = self.wanted::<FRICTION>(records, friction, bonds);
+        let [[w, w_t], [r_n, r_t], _] = self.wanted::<FRICTION>(records, friction, bonds);
         let ([nx, ny], [old_n, old_t]) = (self.normal, self.impulse);
         let step_n = r_n - old_n;
         let (mut px, mut py, mut turn) = (step_n * nx, step_n * ny, Doubles::default());
@@ -237,6 +266,8 @@ struct SweepList {
     squares: Squares,
     /// Sums of the last measurement, in the order of [`Sums::join`].
     seen: [Doubles; 8],
+    /// Contacts whose bonds fall at the last measurement; `None` before one.
+    falling: Option<Vec<u32>>,
 }
 
 impl SweepList {
@@ -258,6 +289,7 @@ impl SweepList {
         self.groups.clear();
         self.diagonals.clear();
         self.bonds.clear();
+        self.falling = None;
         self.frictions.clear();
         // Bonds have coefficients of their own.
         let warm = !bonded && !problem.softening.is_empty();
@@ -283,6 +315,7 @@ impl SweepList {
 
     /// Loads the bonds of its contacts again.
     fn take_bonds(&mut self, problem: &Problem) {
+        self.falling = None;
         let groups = self.groups.iter_mut().zip(&self.members);
         for ((group, members), bonds) in groups.zip(&mut self.bonds) {
             *bonds = group.take_bonds(problem, members);
@@ -328,12 +361,9 @@ impl SweepList {
 
     /// Measures the defects of the contacts; `records` are the bodies' from the first on.
     fn look(&mut self, records: &[BodyRecord], friction: Option<f64>) {
-        // Bonds have coefficients of their own.
-        let rubs = friction.is_some() || !self.bonds.is_empty();
-        self.seen = widest!(if rubs {
-            self.look_at::<true>(records, friction.unwrap_or(0.0))
-        } else {
-            self.look_at::<false>(records, 0.0)
+        self.seen = widest!(match friction {
+            Some(friction) => self.look_at::<true>(records, friction),
+            None => self.look_at::<false>(records, 0.0),
         });
     }
 
@@ -341,12 +371,35 @@ impl SweepList {
     fn look_at<const FRICTION: bool>(&self, records: &[BodyRecord], friction: f64) -> [Doubles; 8] {
         let mut sums = [Doubles::default(); 8];
         for (index, (group, diagonal)) in self.groups.iter().zip(&self.diagonals).enumerate() {
-            let of = (self.bonds.get(index), diagonal);
             let own = self.frictions.get(index).copied();
             let friction = own.unwrap_or(Doubles::splat(friction));
-            group.look::<FRICTION>(records, friction, of, &mut sums);
+            group.look::<FRICTION>(records, friction, (None, diagonal), &mut sums);
         }
         sums
+    }
+
+    /// The same for a list of bonded contacts, which fall by this law in this step (s).
+    fn look_at_bonds(&mut self, records: &[BodyRecord], cohesion: Option<&(Cohesion, f64)>) {
+        let mut falling = self.falling.take().unwrap_or_default();
+        falling.clear();
+        self.seen = widest!({
+            let mut sums = [Doubles::default(); 8];
+            let groups = self.groups.iter().zip(&self.diagonals);
+            for ((group, diagonal), (bonds, members)) in
+                groups.zip(self.bonds.iter().zip(&self.members))
+            {
+                let of = (Some(bonds), diagonal);
+                // Bonds have coefficients of friction of their own.
+                let u = group.look::<true>(records, Doubles::default(), of, &mut sums);
+                let falls = cohesion.map_or(Doubles::default(), |law| bonds.fall.falls(law, u));
+                if falls.any() {
+                    let members = members.iter().zip(falls.0);
+                    falling.extend(members.filter(|(_, falls)| *falls > 0.0).map(|(m, _)| *m));
+                }
+            }
+            sums
+        });
+        self.falling = cohesion.map(|_| falling);
     }
 
     fn store(&self, contacts: &mut [Contact]) {
@@ -542,7 +595,8 @@ impl Sweeper {
         };
         for_each_subdomain(&mut self.subdomains, (), parallel, &look);
         self.crossing.look(records, friction);
-        self.bonded.look(records, friction);
+        self.bonded
+            .look_at_bonds(records, problem.cohesion.as_ref());
         let mut sums = Sums::default();
         for list in self.lists() {
             sums.join(list.seen.map(lanes::Lanes::sum));
@@ -552,6 +606,16 @@ impl Sweeper {
             sums.add(problem, &problem.contacts[*index as usize]);
         }
         sums.measured(problem)
+    }
+
+    /// Contacts whose bonds may fall under the impulses of the last measurement; `None` where all bonds have to be tried.
+    pub fn falling(&self, problem: &Problem) -> Option<Vec<u32>> {
+        let mut falling = self.bonded.falling.clone()?;
+        let glued = self.glued.iter().map(|(_, index)| index);
+        let alone = glued.chain(&self.wheel).chain(&self.clustered);
+        let bonded = |index: &&u32| problem.contacts[**index as usize].bond != NO_BOND;
+        falling.extend(alone.filter(bonded));
+        Some(falling)
     }
 
     /// Writes the impulses back.

@@ -1,6 +1,6 @@
 //! The contact problem of one step: its contacts and bodies, the Delassus blocks, and the effect of impulses on velocities.
 
-use super::contact::{BodyRecord, Contact};
+use super::contact::{BodyRecord, Contact, NO_LEVERS};
 use super::partition::{Partition, Subdomain, for_each_subdomain, in_pieces};
 use super::pieces::{ByCandidate, WithBonds};
 use super::rolling::{self, Couple};
@@ -8,6 +8,7 @@ use crate::bodies::levers::Levers;
 use crate::contact::bond::BondContact;
 use crate::contact::boundary::CompliantBoundary;
 use crate::error::KernelError;
+use crate::law::cohesion::Cohesion;
 use crate::law::local::{DelassusBlock, LocalLaw};
 
 /// The attraction of the bodies of a contact by adhesion, a load on both.
@@ -56,6 +57,8 @@ pub struct Problem {
     pub frictions: Vec<f64>,
     /// Factor on the coefficient of friction of each contact; empty where temperature changes none.
     pub softening: Vec<f64>,
+    /// Law of all bonds, and the step (s) in which they may fall; `None` where they have several laws.
+    pub cohesion: Option<(Cohesion, f64)>,
     /// Rounding error of a gap over the step (m/s): no residual can be smaller.
     pub rounding: f64,
     /// Least reference of residuals (m/s).
@@ -113,6 +116,9 @@ impl Problem {
         contact: &mut Contact,
         bond: Option<&mut BondContact>,
     ) -> Result<(), KernelError> {
+        if contact.prepared {
+            return Ok(());
+        }
         contact.block = self.block(contact);
         let [nn, tt] = contact.diagonal();
         let nt = contact.block.nt;
@@ -182,6 +188,9 @@ impl Problem {
         if contact.impulse == [0.0; 2] {
             return;
         }
+        if contact.prepared {
+            return contact.push(&mut self.records, 0, contact.impulse);
+        }
         let force = contact.in_xy(contact.impulse);
         let bodies = [(contact.a, force), (contact.b, [-force[0], -force[1]])];
         for (side, (body, force)) in bodies.into_iter().enumerate() {
@@ -198,6 +207,17 @@ impl Problem {
     #[inline(always)]
     pub fn block(&self, contact: &Contact) -> DelassusBlock {
         let [nx, ny] = contact.normal;
+        let held = contact.glued || self.wheel == Some(contact.b as usize);
+        if contact.levers == NO_LEVERS && !held {
+            let squared = [nx * nx, ny * ny, contact.lever().powi(2)];
+            let [a, b] = [contact.a, contact.b].map(|body| {
+                let inverse = self.records[body as usize].inverse_mass;
+                let [x, y] = [squared[0] * inverse, squared[1] * inverse];
+                [x + y, y + x + 2.0 * inverse * squared[2]]
+            });
+            let [nn, tt] = [a[0] + b[0], a[1] + b[1]];
+            return DelassusBlock { nn, nt: 0.0, tt };
+        }
         let mut block = DelassusBlock::default();
         let levers = self.levers.get(contact.levers as usize);
         for (side, body) in [contact.a as usize, contact.b as usize]
@@ -297,8 +317,9 @@ impl Problem {
         }
     }
 
+    /// Velocity (v_x, v_y, spin times radius) of a body of this contact (m/s).
     #[inline(always)]
-    fn velocity(&self, contact: &Contact, body: usize) -> [f64; 3] {
+    pub(crate) fn velocity(&self, contact: &Contact, body: usize) -> [f64; 3] {
         if let Some(disk) = self.glued_side(contact, body) {
             let [x, y] = self.boundary.velocity_of(disk);
             return [x, y, 0.0];

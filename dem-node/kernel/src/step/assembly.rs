@@ -1,5 +1,7 @@
 //! The contact problem of a step: free velocities, detection, and the contacts that may carry force.
 
+pub(super) mod packs;
+
 use std::ops::Range;
 
 use super::{StepInput, Stepper};
@@ -13,7 +15,7 @@ use crate::contact::hand_over::hand_over;
 use crate::contact::shared::share_springs;
 use crate::law::PairMobility;
 use crate::solver::contact::{BodyRecord, Contact, NO_BOND, NO_LEVERS};
-use crate::solver::partition::in_pieces;
+use crate::solver::partition::{Partition, in_pieces};
 use crate::solver::problem::Attraction;
 use crate::solver::rolling::Couple;
 use crate::step::state::GrainState;
@@ -119,6 +121,9 @@ impl Stepper {
         self.problem.frictions.clear();
         let frictions = bodies.pairs.laws().iter().map(|law| law.friction);
         self.problem.frictions.extend(frictions);
+        let one_law = bodies.pairs.laws().is_empty() && !bodies.softens();
+        let cohesion = bodies.law.cohesion.filter(|_| one_law);
+        self.problem.cohesion = cohesion.map(|law| (law, input.step));
         self.problem.first_glued = bodies.free;
         self.problem.surface_points = bodies.surface.points.len();
         self.problem.first_foot = bodies.count();
@@ -155,7 +160,8 @@ impl Stepper {
             compliance: bodies.law.compliance(input.step),
             reach: bodies.alert + 2.0 * travel,
         };
-        if parallel && bodies.clusters.list.is_empty() {
+        let several = Partition::new(list.slots.len(), bodies.count()).several();
+        if parallel && several && bodies.clusters.list.is_empty() {
             self.take_side_by_side(&at, &mut list.slots);
         } else {
             self.take_in_turn(&at, &mut list.slots);
@@ -313,35 +319,54 @@ impl Stepper {
         }
     }
 
-    /// Makes the contacts of the slots, one after the other.
+    /// Makes the contacts of the slots, one after the other, or side by side where they are alike.
     fn take_in_turn(&mut self, at: &Detection, slots: &mut [Slot]) {
         self.problem.contacts.clear();
         self.problem.bonds.clear();
         self.slots.clear();
         let mut bonds = BondCursor::new(&at.state.bonds);
-        for (index, slot) in slots.iter_mut().enumerate() {
+        let mut pack = std::mem::take(&mut self.pack);
+        let alike = at.input.bodies.alike().is_some() && !at.state.feed.grows();
+        for index in 0..slots.len() {
+            let slot = &mut slots[index];
             let bond = bonds.find((slot.a, slot.b));
             if bond.is_none() && at.stay_apart(slot) {
                 let_go(slot);
-                continue;
+            } else if !alike {
+                self.take(at, (index, slot), bond);
+            } else if slot.b as usize >= at.input.bodies.free {
+                pack.wait(index, bond, None);
+            } else if pack.add(at, &self.problem.records, (index, slot), bond) {
+                self.make_contacts(at, &mut pack, slots);
             }
-            let (mut contact, near) = self.candidate(at, slot, bond.map(|(_, bond)| bond));
-            if !at.input.bodies.clusters.list.is_empty() {
-                self.take_levers(at, slot, &near, &mut contact);
-            }
-            if bond.is_none() && !self.accept(at, slot, &mut contact) {
-                self.problem.levers.truncate(contact.levers as usize);
-                let_go(slot);
-                continue;
-            }
-            if let Some(bond) = bond {
-                contact.bond = self.problem.bonds.len() as u32;
-                let bond = at.bonded(&mut contact, bond, &self.problem.records);
-                self.problem.bonds.push(bond);
-            }
-            self.problem.contacts.push(contact);
-            self.slots.push(index as u32);
         }
+        self.make_contacts(at, &mut pack, slots);
+        self.pack = pack;
+    }
+
+    /// Makes the contact of a slot with this number and bond.
+    fn take(
+        &mut self,
+        at: &Detection,
+        (index, slot): (usize, &mut Slot),
+        bond: Option<(usize, &Bond)>,
+    ) {
+        let (mut contact, near) = self.candidate(at, slot, bond.map(|(_, bond)| bond));
+        if !at.input.bodies.clusters.list.is_empty() {
+            self.take_levers(at, slot, &near, &mut contact);
+        }
+        if bond.is_none() && !self.accept(at, slot, &mut contact) {
+            self.problem.levers.truncate(contact.levers as usize);
+            let_go(slot);
+            return;
+        }
+        if let Some(bond) = bond {
+            contact.bond = self.problem.bonds.len() as u32;
+            let bond = at.bonded(&mut contact, bond, &self.problem.records);
+            self.problem.bonds.push(bond);
+        }
+        self.problem.contacts.push(contact);
+        self.slots.push(index as u32);
     }
 
     /// The same by pieces, side by side: first the contacts without a bond, which may turn out open, and then all contacts, each at its position.

@@ -1,5 +1,8 @@
 //! The contacts at the end of a step: forces, springs and bonds, and the energy that they lost.
 
+mod packs;
+
+use packs::{Pack, PackSums, common_law, is_plain};
 use protocol::larger;
 
 use super::{StepInput, StepSummary, Stepper};
@@ -7,12 +10,22 @@ use crate::bodies::Bodies;
 use crate::contact::bond::{self, Bond, BondContact};
 use crate::contact::detect::Slot;
 use crate::contact::loss::{ContactStep, attraction_loss, contact_loss, rigid_loss};
+use crate::law::lanes::Real;
 use crate::solver::contact::{Contact, NO_BOND};
 use crate::solver::partition::{Cut, in_pieces};
 use crate::solver::pieces::first_bond;
 use crate::step::ledger::GrainLedger;
 use crate::step::state::GrainState;
 use crate::step::temperature::PairHeat;
+
+/// Sums over contacts at the end of a step.
+#[derive(Default)]
+struct Totals {
+    summary: StepSummary,
+    ledger: GrainLedger,
+    outer: OuterImpulses,
+    packs: PackSums,
+}
 
 /// Contacts with the data that a step changes: their slots, and the bonds of the state.
 struct UpdatePiece<'a> {
@@ -25,6 +38,18 @@ struct UpdatePiece<'a> {
     first_bond: usize,
     /// All bonds of the problem.
     bonded: &'a [BondContact],
+}
+
+impl UpdatePiece<'_> {
+    #[inline(always)]
+    fn slot(&self, contact: usize) -> &Slot {
+        &self.slots[self.slot_indices[contact] as usize - self.first_slot]
+    }
+
+    #[inline(always)]
+    fn slot_mut(&mut self, contact: usize) -> &mut Slot {
+        &mut self.slots[self.slot_indices[contact] as usize - self.first_slot]
+    }
 }
 
 impl Cut for UpdatePiece<'_> {
@@ -266,58 +291,90 @@ impl Stepper {
         &self,
         state: &GrainState,
         input: &StepInput,
-        piece: UpdatePiece,
-        mut ledger: GrainLedger,
+        mut piece: UpdatePiece,
+        ledger: GrainLedger,
     ) -> (StepSummary, GrainLedger, OuterImpulses) {
-        let (bodies, h) = (input.bodies, input.step);
-        let per_step = 1.0 / h;
-        let (mut summary, mut outer) = (StepSummary::default(), OuterImpulses::default());
-        let (detaches, warms) = (state.worn.detaches(), bodies.heat.is_some());
-        for (contact, slot) in piece.contacts.iter().zip(piece.slot_indices) {
-            let slot = &mut piece.slots[*slot as usize - piece.first_slot];
-            let passing = passing(bodies, state, slot);
-            let done = self.contact_step((state, input), contact, slot, passing);
-            let loss = match self.problem.bonds.get(contact.bond as usize) {
-                None => {
-                    let law = bodies.law_at(contact.pair_law);
-                    let loss = match slot.joined {
-                        0.0 => contact_loss(law, &done),
-                        joined => contact_loss(&law.shared(joined), &done),
-                    };
-                    slot.force = done.impulse.map(|impulse| per_step * impulse);
-                    slot.force[0] -= slot.attraction;
-                    slot.spring = done.spring[1];
-                    slot.last_gap = done.gap + h * done.velocity[0];
-                    loss
+        let mut totals = Totals {
+            ledger,
+            ..Totals::default()
+        };
+        let law = common_law(input);
+        let mut packs = [Pack::default(); 2];
+        for index in 0..piece.contacts.len() {
+            let contact = &piece.contacts[index];
+            match law.filter(|_| is_plain(input.bodies, contact)) {
+                None => self.update_contact((state, input), &mut piece, index, &mut totals),
+                Some(law) => {
+                    let pack = &mut packs[usize::from(contact.bond != NO_BOND)];
+                    let at = (state, input, law);
+                    self.pack(at, &mut piece, (pack, index), &mut totals);
                 }
-                Some(solved) => {
-                    let bond = &mut piece.bonds[solved.index as usize - piece.first_bond];
-                    let after = self.adhesion[contact.bond as usize];
-                    let law = state.law_of(bodies, [slot.a, slot.b]);
-                    let loss = bond::end_step(&law, bond, slot, &done, solved, after);
-                    let load = bond.load_squared(&law);
-                    summary.bond_load_squared = larger(summary.bond_load_squared, load);
-                    loss
-                }
-            };
-            if detaches && let Some(segment) = bodies.segment_index(slot.b as usize) {
-                outer.rubbed.push((segment, loss.friction));
             }
-            if warms {
-                outer.warmed.push(PairHeat::of([slot.a, slot.b], &loss));
-            }
-            ledger.lose(&loss);
-            if done.impulse[0] > 0.0 {
-                let overlap = larger(0.0, -done.gap - h * done.velocity[0]);
-                summary.closed += 1;
-                summary.overlap[0] += overlap;
-                summary.overlap[1] = larger(summary.overlap[1], overlap);
-                let travel = h * passing_speed(bodies, contact, slot, passing);
-                summary.travel = larger(summary.travel, travel);
-            }
-            add_push(bodies, contact, h, (&mut summary, &mut outer));
         }
-        (summary, ledger, outer)
+        for pack in &mut packs {
+            for index in pack.members() {
+                self.update_contact((state, input), &mut piece, *index, &mut totals);
+            }
+        }
+        let packs = std::mem::take(&mut totals.packs);
+        packs.join(&mut totals);
+        (totals.summary, totals.ledger, totals.outer)
+    }
+
+    /// Stores force and spring or bond of a contact, and adds its loss.
+    fn update_contact(
+        &self,
+        (state, input): (&GrainState, &StepInput),
+        piece: &mut UpdatePiece,
+        index: usize,
+        totals: &mut Totals,
+    ) {
+        let (bodies, h, contact) = (input.bodies, input.step, &piece.contacts[index]);
+        let slot = &mut piece.slots[piece.slot_indices[index] as usize - piece.first_slot];
+        let (summary, outer) = (&mut totals.summary, &mut totals.outer);
+        let passing = passing(bodies, state, slot);
+        let done = self.contact_step((state, input), contact, slot, passing);
+        let loss = match self.problem.bonds.get(contact.bond as usize) {
+            None => {
+                let law = bodies.law_at(contact.pair_law);
+                let loss = match slot.joined {
+                    0.0 => contact_loss(law, &done),
+                    joined => contact_loss(&law.shared(joined), &done),
+                };
+                slot.force = done.impulse.map(|impulse| 1.0 / h * impulse);
+                slot.force[0] -= slot.attraction;
+                slot.spring = done.spring[1];
+                slot.last_gap = done.gap + h * done.velocity[0];
+                loss
+            }
+            Some(solved) => {
+                let bond = &mut piece.bonds[solved.index as usize - piece.first_bond];
+                let after = self.adhesion[contact.bond as usize];
+                let law = state.law_of(bodies, [slot.a, slot.b]);
+                let loss = bond::end_step(&law, bond, slot, &done, solved, after);
+                let load = bond.load_squared(&law);
+                summary.bond_load_squared = larger(summary.bond_load_squared, load);
+                loss
+            }
+        };
+        if state.worn.detaches()
+            && let Some(segment) = bodies.segment_index(slot.b as usize)
+        {
+            outer.rubbed.push((segment, loss.friction));
+        }
+        if bodies.heat.is_some() {
+            outer.warmed.push(PairHeat::of([slot.a, slot.b], &loss));
+        }
+        totals.ledger.lose(&loss);
+        if done.impulse[0] > 0.0 {
+            let overlap = larger(0.0, -done.gap - h * done.velocity[0]);
+            summary.closed += 1;
+            summary.overlap[0] += overlap;
+            summary.overlap[1] = larger(summary.overlap[1], overlap);
+            let travel = h * passing_speed(bodies, contact, slot, passing);
+            summary.travel = larger(summary.travel, travel);
+        }
+        add_push(bodies, contact, h, (summary, outer));
     }
 
     #[inline(always)]
@@ -402,7 +459,7 @@ fn add_push(
 /// Way (m) by which two disks, or a disk and a wheel that rolls, have come apart along the line of their centres while they passed each other by s in
 /// the last step: s^2/(2 d), d being the distance of the centres.
 #[inline(always)]
-fn turn(input: &StepInput, contact: &Contact, slot: &Slot, [x, y]: [f64; 2]) -> f64 {
+fn turn(input: &StepInput, contact: &Contact, slot: &Slot, passed: [f64; 2]) -> f64 {
     let (bodies, b) = (input.bodies, slot.b as usize);
     let radii = &bodies.radii;
     let rolls = bodies.rolls && Some(b) == bodies.wheel();
@@ -411,9 +468,14 @@ fn turn(input: &StepInput, contact: &Contact, slot: &Slot, [x, y]: [f64; 2]) -> 
         return 0.0;
     };
     let distance = (radii[slot.a as usize] + other) * contact.lever();
-    let [nx, ny] = contact.normal;
-    let way = input.step * (nx * y - ny * x);
-    0.5 * way * way / distance
+    turned(input.step, contact.normal, distance, passed)
+}
+
+/// [`turn`] in a step h (s) of bodies whose centres have this distance and pass each other with these velocities.
+#[inline(always)]
+fn turned<T: Real>(h: f64, [nx, ny]: [T; 2], distance: T, [x, y]: [T; 2]) -> T {
+    let way = T::of(h) * (nx * y - ny * x);
+    T::of(0.5) * way * way / distance
 }
 
 /// Velocity of the first body of a slot against the second at the start of the step (m/s).
