@@ -78,32 +78,40 @@ impl GroupFall {
 type Squares = [Doubles; 2];
 
 impl Group {
-    /// The group, and D of its contacts. A lane without contact gets no impulse: it adds zeros to the first body of the subdomain.
-    fn new(contacts: &[Contact], members: &[u32; LANES], first: u32) -> (Group, [Doubles; 2]) {
-        let (mut group, mut diagonal) = (Group::default(), [Doubles::default(); 2]);
+    /// Loads these contacts, and D of each. A lane without contact gets no impulse: it adds zeros to the first body of the subdomain.
+    fn load(
+        &mut self,
+        contacts: &[Contact],
+        members: &[u32; LANES],
+        first: u32,
+        diagonal: &mut [Doubles; 2],
+    ) {
+        if members.contains(&EMPTY) {
+            (*self, *diagonal) = (Group::default(), [Doubles::default(); 2]);
+        }
         for (k, member) in members.iter().enumerate() {
-            if *member == EMPTY {
+            let Some(contact) = contacts.get(*member as usize) else {
                 continue;
-            }
-            let contact = &contacts[*member as usize];
-            (group.a[k], group.b[k]) = (contact.a - first, contact.b - first);
+            };
+            (self.a[k], self.b[k]) = (contact.a - first, contact.b - first);
+            let d = contact.diagonal();
             for axis in 0..2 {
-                group.normal[axis].0[k] = contact.normal[axis];
-                group.bias[axis].0[k] = contact.bias[axis];
-                group.impulse[axis].0[k] = contact.impulse[axis];
+                self.normal[axis].0[k] = contact.normal[axis];
+                self.bias[axis].0[k] = contact.bias[axis];
+                self.impulse[axis].0[k] = contact.impulse[axis];
+                diagonal[axis].0[k] = d[axis];
             }
-            group.lever.0[k] = contact.lever();
-            let [d_n, d_t] = contact.diagonal();
-            (diagonal[0].0[k], diagonal[1].0[k]) = (d_n, d_t);
+            self.lever.0[k] = contact.lever();
         }
         let one_over = |d: Doubles| d.zip(d, |d, _| if d == 0.0 { 0.0 } else { 1.0 / d });
-        group.inverse = diagonal.map(one_over);
-        (group, diagonal)
+        self.inverse = diagonal.map(one_over);
     }
 
-    /// The bonds of these contacts; the diagonal of the contact in compression replaces its own.
-    fn take_bonds(&mut self, problem: &Problem, members: &[u32; LANES]) -> GroupBonds {
-        let mut bonds = GroupBonds::default();
+    /// Loads the bonds of these contacts; the diagonal of the contact in compression replaces its own.
+    fn take_bonds(&mut self, problem: &Problem, members: &[u32; LANES], bonds: &mut GroupBonds) {
+        if members.contains(&EMPTY) {
+            *bonds = GroupBonds::default();
+        }
         for (k, member) in members.iter().enumerate() {
             let Some(contact) = problem.contacts.get(*member as usize) else {
                 continue;
@@ -117,7 +125,6 @@ impl Group {
             self.inverse[0].0[k] = compressed.inverse.nn;
             self.inverse[1].0[k] = compressed.inverse.tt;
         }
-        bonds
     }
 
     /// W in either direction, without springs, the impulse that each contact wants by its own law, and its velocity u. With W_nt = 0 the closed solution of
@@ -286,18 +293,20 @@ impl SweepList {
     /// Loads the numbers of its contacts.
     fn pack(&mut self, problem: &Problem, bonded: bool) {
         let contacts = &problem.contacts[..];
-        self.groups.clear();
-        self.diagonals.clear();
-        self.bonds.clear();
+        let count = self.members.len();
+        self.groups.resize(count, Group::default());
+        self.diagonals.resize(count, Default::default());
+        (self.bonds).resize(if bonded { count } else { 0 }, GroupBonds::default());
         self.falling = None;
         self.frictions.clear();
         // Bonds have coefficients of their own.
         let warm = !bonded && !problem.softening.is_empty();
         let first = self.first as u32;
-        for members in &self.members {
-            let (mut group, diagonal) = Group::new(contacts, members, first);
-            if bonded {
-                self.bonds.push(group.take_bonds(problem, members));
+        let groups = self.groups.iter_mut().zip(&mut self.diagonals);
+        for (index, (members, (group, diagonal))) in self.members.iter().zip(groups).enumerate() {
+            group.load(contacts, members, first, diagonal);
+            if let Some(bonds) = self.bonds.get_mut(index) {
+                group.take_bonds(problem, members, bonds);
             }
             if warm {
                 let of = |member: &u32| {
@@ -308,8 +317,6 @@ impl SweepList {
                 self.frictions
                     .push(lanes::Lanes(members.each_ref().map(of)));
             }
-            self.groups.push(group);
-            self.diagonals.push(diagonal);
         }
     }
 
@@ -318,7 +325,7 @@ impl SweepList {
         self.falling = None;
         let groups = self.groups.iter_mut().zip(&self.members);
         for ((group, members), bonds) in groups.zip(&mut self.bonds) {
-            *bonds = group.take_bonds(problem, members);
+            group.take_bonds(problem, members, bonds);
         }
     }
 

@@ -108,7 +108,7 @@ impl OuterImpulses {
         if (contact.a as usize) < bodies.free {
             let [x, y] = self.on_grains;
             self.on_grains = [x + push[0], y + push[1]];
-            self.transmitted += 0.5 * push[0].hypot(push[1]);
+            self.transmitted += 0.5 * (push[0] * push[0] + push[1] * push[1]).sqrt();
         }
         if Some(contact.b as usize) == bodies.wheel() {
             self.on_wheel -= push[0];
