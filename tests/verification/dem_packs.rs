@@ -6,8 +6,8 @@
 //!   +---------
 //! ```
 //!
-//! Reference: the same heap one by one. Motion, forces and bonds agree to the last bit. The ledger adds its terms in another order: tolerance 1e-12
-//! of the work of weight.
+//! Reference: the same heap one by one. Motion, forces and bonds agree to the last bit. The ledger and heat add their terms in another order:
+//! tolerance 1e-12 of the work of weight, and 1e-12 J or K.
 
 use dem_node::Dem;
 use serde_json::{Value, json};
@@ -40,9 +40,10 @@ fn heap(mut law: Value, one_by_one: bool, overrides: Value) -> Dem {
     dem
 }
 
-fn compare(law: &Value, broken: impl Fn(usize) -> bool) {
+fn compare(law: &Value, heat: Value, broken: impl Fn(usize) -> bool) {
     let overrides = json!({
         "gravity_m_per_s2": [0.4 * G, -G],
+        "heat": heat,
         "solver": {"kind": "nsgs", "tolerance": 1e-6, "max_iterations": 20_000, "min_iterations": 1},
     });
     let [packed, alone] = [false, true].map(|alone| heap(law.clone(), alone, overrides.clone()));
@@ -59,16 +60,13 @@ fn compare(law: &Value, broken: impl Fn(usize) -> bool) {
         packed.bonds.len()
     );
     let bound = 1e-12 * alone.ledger.weight.abs();
-    let pairs = packed
-        .ledger
-        .numbers()
-        .into_iter()
-        .zip(alone.ledger.numbers());
-    for (index, (packed, alone)) in pairs.enumerate() {
-        assert!(
-            (packed - alone).abs() <= bound,
-            "term {index}: {packed} {alone}"
-        );
+    let terms = [packed, alone].map(|state| state.ledger.numbers());
+    let heats = [packed, alone].map(|state| state.heat.numbers().collect());
+    for ([packed, alone], bound) in [(terms.map(Vec::from), bound), (heats, 1e-12)] {
+        assert_eq!(packed.len(), alone.len());
+        for (index, (packed, alone)) in packed.iter().zip(&alone).enumerate() {
+            assert!((packed - alone).abs() <= bound, "{index}: {packed} {alone}");
+        }
     }
 }
 
@@ -80,7 +78,10 @@ fn bonds_that_slide_and_break_end_as_they_do_one_by_one() {
             "contact_stiffness_pa": 1e9, "tangential_stiffness_ratio": 0.5, "cn_pa_per_m": 1e12, "ct_pa_per_m": 4e11,
             "w_j_per_m2": 2.0, "b_pa_m_s": 0.0, "p": 1.0, "h_prime": h_prime, "alert_m": 0.3e-3,
         });
-        compare(&law, |left| left > 20 && left < 200);
+        let heat = json!({"conductivity_w_per_m_k": 45.0, "capacity_j_per_kg_k": 460.0,
+            "young_pa": 2e11, "poisson": 0.3, "start_k": 300.0});
+        compare(&law, Value::Null, |left| left > 20 && left < 200);
+        compare(&law, heat, |left| left > 20 && left < 200);
     }
 }
 
@@ -89,6 +90,6 @@ fn springs_with_and_without_dampers_end_as_they_do_one_by_one() {
     for damping in [1.0, 0.5] {
         let law = json!({"kind": "coulomb", "friction": 0.3, "damping": damping,
             "contact_stiffness_pa": 1e9, "tangential_stiffness_ratio": 0.5});
-        compare(&law, |left| left == 0);
+        compare(&law, Value::Null, |left| left == 0);
     }
 }

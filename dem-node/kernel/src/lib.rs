@@ -93,7 +93,8 @@
 //! # One step, module by module
 //!
 //! 1. [`step::injection::feed`] adds fed grains; [`GrainState::drift`](step::state::GrainState::drift) moves to q_m; [`contact::detect`] lists pairs
-//!    by linked cells and a Verlet list, whose slots remember forces and springs; [`law`] turns gaps into biases.
+//!    by linked cells and a Verlet list, whose slots remember forces and springs; [`law`] turns gaps into biases, for single grains of one law
+//!    side by side.
 //! 2. [`solver::nsgs`] sweeps over the contacts, each taking its impulse in closed form ([`law::local`], by packs
 //!    [`law::vector`]), from the impulses of the step before. Without friction [`solver::pcg`] needs fewer iterations.
 //! 3. [`solver::residual`] decides, not the change of a sweep: `|W (r - P(r - U/W))| / |W r| <= tolerance`. Sweeps that creep or circle are

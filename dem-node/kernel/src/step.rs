@@ -180,8 +180,6 @@ pub struct Stepper {
     torn: Vec<([u32; 2], Loss)>,
     /// Contacts through which heat passes.
     links: Links,
-    /// Pairs that become contacts together.
-    pack: assembly::packs::Pack,
     /// Force of the grains on each driven cluster, then on each named wall, in the last step (N).
     pub on_named: Vec<[f64; 2]>,
 }

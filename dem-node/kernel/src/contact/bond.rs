@@ -392,6 +392,7 @@ impl<T: Real> BondStep<T> {
         }
     }
 }
+
 /// Moves a bond to the end of a step: its opening, slip and adhesion, and the forces of its slot. Returns the losses.
 ///
 /// `contact` is its impulse and motion, its gap delta at detection; adhesion is a_0 at the start and a_1 in the `solution`, and a_2 = `after` at

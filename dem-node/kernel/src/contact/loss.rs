@@ -94,20 +94,20 @@ impl<const N: usize> Loss<Lanes<N>> {
         }
     }
 
-    /// The sum over the contacts.
-    pub fn sum(&self) -> Loss {
+    /// A number of each loss, for instance its sum over the contacts.
+    pub fn each(&self, number: impl Fn(Lanes<N>) -> f64) -> Loss {
         Loss {
-            impact: self.impact.sum(),
-            damping: self.damping.sum(),
-            numerical: self.numerical.sum(),
-            friction: self.friction.sum(),
-            cohesion: self.cohesion.sum(),
-            relaxation: self.relaxation.sum(),
-            healing: self.healing.sum(),
-            surface: self.surface.sum(),
-            detection: self.detection.sum(),
-            unforeseen: self.unforeseen.sum(),
-            made: self.made.sum(),
+            impact: number(self.impact),
+            damping: number(self.damping),
+            numerical: number(self.numerical),
+            friction: number(self.friction),
+            cohesion: number(self.cohesion),
+            relaxation: number(self.relaxation),
+            healing: number(self.healing),
+            surface: number(self.surface),
+            detection: number(self.detection),
+            unforeseen: number(self.unforeseen),
+            made: number(self.made),
         }
     }
 }
@@ -187,6 +187,14 @@ pub fn rigid_loss<T: Real>(contact: &ContactStep<T>, [r_n, r_t]: [T; 2]) -> Loss
         numerical: -T::of(own) * (r_n * d_n + r_t * d_t),
         ..Loss::default()
     }
+}
+
+/// Way (m) by which two bodies have come apart along their normal in a step h (s), as their centres, at this distance (m), passed each other with
+/// this velocity (m/s), by s: s^2/(2 d).
+#[inline(always)]
+pub fn turned<T: Real>(h: f64, [nx, ny]: [T; 2], distance: T, [x, y]: [T; 2]) -> T {
+    let way = T::of(h) * (nx * y - ny * x);
+    T::of(0.5) * way * way / distance
 }
 
 /// Losses of a normal spring k (N/m) and of its parallel damper, where `damping` is above 0, under the impulse r_n: a spring driven implicitly from an elongation e_0 to e loses

@@ -1,129 +1,23 @@
 //! The contacts at the end of a step: forces, springs and bonds, and the energy that they lost.
 
 mod packs;
+mod totals;
 
-use packs::{Pack, PackSums, common_law, is_plain};
+use packs::{Pack, common_law, is_plain};
 use protocol::larger;
+pub(super) use totals::OuterImpulses;
+use totals::{Totals, UpdatePiece};
 
 use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
-use crate::contact::bond::{self, Bond, BondContact};
+use crate::contact::bond::{self, Bond};
 use crate::contact::detect::Slot;
-use crate::contact::loss::{ContactStep, attraction_loss, contact_loss, rigid_loss};
-use crate::law::lanes::Real;
+use crate::contact::loss::{ContactStep, attraction_loss, contact_loss, rigid_loss, turned};
 use crate::solver::contact::{Contact, NO_BOND};
-use crate::solver::partition::{Cut, in_pieces};
-use crate::solver::pieces::first_bond;
+use crate::solver::partition::in_pieces;
 use crate::step::ledger::GrainLedger;
 use crate::step::state::GrainState;
 use crate::step::temperature::PairHeat;
-
-/// Sums over contacts at the end of a step.
-#[derive(Default)]
-struct Totals {
-    summary: StepSummary,
-    ledger: GrainLedger,
-    outer: OuterImpulses,
-    packs: PackSums,
-}
-
-/// Contacts with the data that a step changes: their slots, and the bonds of the state.
-struct UpdatePiece<'a> {
-    contacts: &'a [Contact],
-    /// Slot of each contact.
-    slot_indices: &'a [u32],
-    slots: &'a mut [Slot],
-    first_slot: usize,
-    bonds: &'a mut [Bond],
-    first_bond: usize,
-    /// All bonds of the problem.
-    bonded: &'a [BondContact],
-}
-
-impl UpdatePiece<'_> {
-    #[inline(always)]
-    fn slot(&self, contact: usize) -> &Slot {
-        &self.slots[self.slot_indices[contact] as usize - self.first_slot]
-    }
-
-    #[inline(always)]
-    fn slot_mut(&mut self, contact: usize) -> &mut Slot {
-        &mut self.slots[self.slot_indices[contact] as usize - self.first_slot]
-    }
-}
-
-impl Cut for UpdatePiece<'_> {
-    fn cut(self, count: usize) -> (Self, Self) {
-        let (contacts, right_contacts) = self.contacts.split_at(count);
-        let (slot_indices, right_indices) = self.slot_indices.split_at(count);
-        let slot = right_indices.first().map(|slot| *slot as usize);
-        let slot = slot.unwrap_or(self.first_slot + self.slots.len());
-        let bond = first_bond(right_contacts).map(|bond| self.bonded[bond].index as usize);
-        let bond = bond.unwrap_or(self.first_bond + self.bonds.len());
-        let (slots, right_slots) = self.slots.split_at_mut(slot - self.first_slot);
-        let (bonds, right_bonds) = self.bonds.split_at_mut(bond - self.first_bond);
-        let right = UpdatePiece {
-            contacts: right_contacts,
-            slot_indices: right_indices,
-            slots: right_slots,
-            first_slot: slot,
-            bonds: right_bonds,
-            first_bond: bond,
-            bonded: self.bonded,
-        };
-        let left = UpdatePiece {
-            contacts,
-            slot_indices,
-            slots,
-            bonds,
-            ..self
-        };
-        (left, right)
-    }
-}
-
-/// Impulses between the free grains and everything else (N s).
-#[derive(Clone, Debug, Default)]
-pub(super) struct OuterImpulses {
-    /// On the grains.
-    pub on_grains: [f64; 2],
-    /// Half the sum of their absolute values.
-    pub transmitted: f64,
-    /// From the grains on the wheel, sideways.
-    pub on_wheel: f64,
-    /// From the wheel on the grains, along its face.
-    pub turning_wheel: f64,
-    /// Work of friction on segments of the surface, contact by contact (J).
-    pub rubbed: Vec<(usize, f64)>,
-    /// Heat of contacts by pair.
-    pub warmed: Vec<PairHeat>,
-}
-
-impl OuterImpulses {
-    fn add(&mut self, bodies: &Bodies, contact: &Contact) {
-        if (contact.b as usize) < bodies.free {
-            return;
-        }
-        let push = contact.in_xy(contact.impulse);
-        if (contact.a as usize) < bodies.free {
-            let [x, y] = self.on_grains;
-            self.on_grains = [x + push[0], y + push[1]];
-            self.transmitted += 0.5 * (push[0] * push[0] + push[1] * push[1]).sqrt();
-        }
-        if Some(contact.b as usize) == bodies.wheel() {
-            self.on_wheel -= push[0];
-            self.turning_wheel += contact.impulse[1];
-        }
-    }
-
-    fn join(&mut self, mut other: OuterImpulses) {
-        kit::add_fields!(self, other; transmitted, on_wheel, turning_wheel);
-        let [x, y] = other.on_grains;
-        self.on_grains = [self.on_grains[0] + x, self.on_grains[1] + y];
-        self.rubbed.append(&mut other.rubbed);
-        self.warmed.append(&mut other.warmed);
-    }
-}
 
 impl Stepper {
     /// Stores forces and springs, and sums losses, forces and overlaps; in pieces with many contacts.
@@ -469,13 +363,6 @@ fn turn(input: &StepInput, contact: &Contact, slot: &Slot, passed: [f64; 2]) -> 
     };
     let distance = (radii[slot.a as usize] + other) * contact.lever();
     turned(input.step, contact.normal, distance, passed)
-}
-
-/// [`turn`] in a step h (s) of bodies whose centres have this distance and pass each other with these velocities.
-#[inline(always)]
-fn turned<T: Real>(h: f64, [nx, ny]: [T; 2], distance: T, [x, y]: [T; 2]) -> T {
-    let way = T::of(h) * (nx * y - ny * x);
-    T::of(0.5) * way * way / distance
 }
 
 /// Velocity of the first body of a slot against the second at the start of the step (m/s).

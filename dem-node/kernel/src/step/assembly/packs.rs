@@ -1,6 +1,6 @@
 //! Contacts side by side: pairs of single grains on springs, with the bits of [`super::Stepper::candidate`] and what follows it.
 
-use super::{Detection, let_go};
+use super::detection::{Detection, let_go};
 use crate::bodies::geometry::between_points;
 use crate::contact::bond::{Bond, BondContact};
 use crate::contact::detect::Slot;
@@ -29,7 +29,7 @@ struct Waiting {
 
 /// Pairs of single grains that become contacts together.
 #[derive(Clone, Debug, Default)]
-pub(in crate::step) struct Pack {
+pub(super) struct Pack {
     waiting: Vec<Waiting>,
     count: usize,
     /// Vector from b to a (m), sum of the radii (m), and inverse masses (1/kg).

@@ -2,21 +2,16 @@
 
 use protocol::larger;
 
-use super::{Totals, UpdatePiece, turned};
+use super::totals::{Doubles, LANES, PackSums, Totals, UpdatePiece};
 use crate::bodies::Bodies;
 use crate::contact::bond::BondStep;
-use crate::contact::loss::{ContactStep, Loss, compliant_loss};
+use crate::contact::loss::{ContactStep, Loss, compliant_loss, turned};
 use crate::law::Law;
-use crate::law::lanes::{Lanes, Real, widest};
+use crate::law::lanes::{Real, widest};
 use crate::solver::contact::{Contact, NO_BOND, relative_velocity};
 use crate::step::state::GrainState;
+use crate::step::temperature::PairHeat;
 use crate::step::{StepInput, Stepper};
-
-/// Contacts of a pack.
-const LANES: usize = 4;
-
-/// A number of each contact of a pack.
-type Doubles = Lanes<LANES>;
 
 /// Contacts that are ended together, all with a bond or all without.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,19 +30,6 @@ pub(super) struct Pack {
     bonds: BondStep<Doubles>,
 }
 
-/// Sums over packs, lane by lane.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct PackSums {
-    /// Losses; of `unforeseen` the absolute values.
-    pub losses: Loss<Doubles>,
-    /// Number and overlaps of contacts that press, the sum and the largest overlap (m), and the largest travel of a step.
-    closed: Doubles,
-    overlap: [Doubles; 2],
-    travel: Doubles,
-    /// Largest D over w.
-    load: Doubles,
-}
-
 /// The numbers of a pack at the end of a step.
 struct PackEnd {
     force: [Doubles; 2],
@@ -60,9 +42,7 @@ struct PackEnd {
 
 /// The law of contacts that go side by side in a step; `None` where all go one by one.
 pub(super) fn common_law<'a>(input: &StepInput<'a>) -> Option<&'a Law> {
-    let cold = input.bodies.heat.is_none();
-    let law = input.bodies.alike();
-    law.filter(|_| cold && input.theta == 1.0)
+    input.bodies.alike().filter(|_| input.theta == 1.0)
 }
 
 /// True for a contact of two grains.
@@ -85,7 +65,6 @@ impl Stepper {
         let k = pack.count % LANES;
         let bodies = [contact.a, contact.b].map(|body| body as usize);
         let [a, b] = bodies.map(|body| state.velocities[body]);
-        let passed = [a[0] - b[0], a[1] - b[1]];
         for (side, body) in bodies.into_iter().enumerate() {
             pack.radii[side].0[k] = input.bodies.radii[body];
             let velocity = self.problem.records[body].velocity;
@@ -93,8 +72,8 @@ impl Stepper {
                 lanes.0[k] = velocity;
             }
         }
+        (pack.passed[0].0[k], pack.passed[1].0[k]) = (a[0] - b[0], a[1] - b[1]);
         for axis in 0..2 {
-            pack.passed[axis].0[k] = passed[axis];
             pack.normal[axis].0[k] = contact.normal[axis];
             pack.step.impulse[axis].0[k] = contact.impulse[axis];
         }
@@ -152,6 +131,11 @@ impl Stepper {
                 let bond = &mut piece.bonds[index - piece.first_bond];
                 (bond.opening, bond.slip) = (end.opening.0[k], end.slip.0[k]);
                 bond.adhesion = end.adhesion.0[k];
+            }
+            if input.bodies.heat.is_some() {
+                let (slot, loss) = (piece.slot(index), end.losses.each(|loss| loss.0[k]));
+                let heat = PairHeat::of([slot.a, slot.b], &loss);
+                totals.outer.warmed.push(heat);
             }
         }
     }
@@ -216,19 +200,5 @@ impl Pack {
             ..end.losses
         });
         Some(end)
-    }
-}
-
-impl PackSums {
-    /// Adds the sums over the lanes.
-    pub fn join(&self, totals: &mut Totals) {
-        let largest = |lanes: Doubles| lanes.0.into_iter().fold(0.0, larger);
-        let summary = &mut totals.summary;
-        summary.closed += self.closed.sum() as usize;
-        summary.overlap[0] += self.overlap[0].sum();
-        summary.overlap[1] = larger(summary.overlap[1], largest(self.overlap[1]));
-        summary.travel = larger(summary.travel, largest(self.travel));
-        summary.bond_load_squared = larger(summary.bond_load_squared, largest(self.load));
-        totals.ledger.lose(&self.losses.sum());
     }
 }
