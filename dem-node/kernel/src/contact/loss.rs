@@ -93,21 +93,24 @@ impl<const N: usize> Loss<Lanes<N>> {
             made: self.made + other.made,
         }
     }
+}
 
-    /// A number of each loss, for instance its sum over the contacts.
-    pub fn each(&self, number: impl Fn(Lanes<N>) -> f64) -> Loss {
+impl<T: Copy> Loss<T> {
+    /// A function of each loss, for instance the sum over contacts.
+    #[inline(always)]
+    pub fn each<U>(&self, function: impl Fn(T) -> U) -> Loss<U> {
         Loss {
-            impact: number(self.impact),
-            damping: number(self.damping),
-            numerical: number(self.numerical),
-            friction: number(self.friction),
-            cohesion: number(self.cohesion),
-            relaxation: number(self.relaxation),
-            healing: number(self.healing),
-            surface: number(self.surface),
-            detection: number(self.detection),
-            unforeseen: number(self.unforeseen),
-            made: number(self.made),
+            impact: function(self.impact),
+            damping: function(self.damping),
+            numerical: function(self.numerical),
+            friction: function(self.friction),
+            cohesion: function(self.cohesion),
+            relaxation: function(self.relaxation),
+            healing: function(self.healing),
+            surface: function(self.surface),
+            detection: function(self.detection),
+            unforeseen: function(self.unforeseen),
+            made: function(self.made),
         }
     }
 }

@@ -319,7 +319,7 @@ impl Problem {
 
     /// Velocity (v_x, v_y, spin times radius) of a body of this contact (m/s).
     #[inline(always)]
-    pub(crate) fn velocity(&self, contact: &Contact, body: usize) -> [f64; 3] {
+    fn velocity(&self, contact: &Contact, body: usize) -> [f64; 3] {
         if let Some(disk) = self.glued_side(contact, body) {
             let [x, y] = self.boundary.velocity_of(disk);
             return [x, y, 0.0];

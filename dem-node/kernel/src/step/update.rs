@@ -6,7 +6,7 @@ mod totals;
 use packs::{Pack, common_law, is_plain};
 use protocol::larger;
 pub(super) use totals::OuterImpulses;
-use totals::{Totals, UpdatePiece};
+use totals::{LANES, Totals, UpdatePiece};
 
 use super::{StepInput, StepSummary, Stepper};
 use crate::bodies::Bodies;
@@ -193,34 +193,38 @@ impl Stepper {
             ..Totals::default()
         };
         let law = common_law(input);
-        let mut packs = [Pack::default(); 2];
+        let (mut packs, mut passed) = ([Pack::default(); 2], [0; 2]);
         for index in 0..piece.contacts.len() {
             let contact = &piece.contacts[index];
-            match law.filter(|_| is_plain(input.bodies, contact)) {
-                None => self.update_contact((state, input), &mut piece, index, &mut totals),
-                Some(law) => {
-                    let pack = &mut packs[usize::from(contact.bond != NO_BOND)];
-                    let at = (state, input, law);
-                    self.pack(at, &mut piece, (pack, index), &mut totals);
-                }
+            let kind = usize::from(contact.bond != NO_BOND);
+            let plain = is_plain(input.bodies, contact);
+            if let Some(law) = law.filter(|_| plain) {
+                let (at, pack) = ((state, input, law), (&mut packs[kind], index));
+                self.pack(at, &mut piece, pack, &mut totals);
+                continue;
+            }
+            let lane = plain.then_some((kind, passed[kind] % LANES));
+            passed[kind] += usize::from(plain);
+            self.update_contact((state, input), &mut piece, (index, lane), &mut totals);
+        }
+        for (kind, pack) in packs.iter().enumerate() {
+            for (k, index) in pack.members().iter().enumerate() {
+                let lane = Some((kind, k));
+                self.update_contact((state, input), &mut piece, (*index, lane), &mut totals);
             }
         }
-        for pack in &mut packs {
-            for index in pack.members() {
-                self.update_contact((state, input), &mut piece, *index, &mut totals);
-            }
+        for packs in totals.packs {
+            packs.join(&mut totals);
         }
-        let packs = std::mem::take(&mut totals.packs);
-        packs.join(&mut totals);
         (totals.summary, totals.ledger, totals.outer)
     }
 
-    /// Stores force and spring or bond of a contact, and adds its loss.
+    /// Stores force and spring or bond of a contact, and adds its loss, to a lane where packs have one for it.
     fn update_contact(
         &self,
         (state, input): (&GrainState, &StepInput),
         piece: &mut UpdatePiece,
-        index: usize,
+        (index, lane): (usize, Option<(usize, usize)>),
         totals: &mut Totals,
     ) {
         let (bodies, h, contact) = (input.bodies, input.step, &piece.contacts[index]);
@@ -259,16 +263,22 @@ impl Stepper {
         if bodies.heat.is_some() {
             outer.warmed.push(PairHeat::of([slot.a, slot.b], &loss));
         }
-        totals.ledger.lose(&loss);
+        let mut overlap = 0.0;
         if done.impulse[0] > 0.0 {
-            let overlap = larger(0.0, -done.gap - h * done.velocity[0]);
+            overlap = larger(0.0, -done.gap - h * done.velocity[0]);
             summary.closed += 1;
-            summary.overlap[0] += overlap;
             summary.overlap[1] = larger(summary.overlap[1], overlap);
             let travel = h * passing_speed(bodies, contact, slot, passing);
             summary.travel = larger(summary.travel, travel);
         }
         add_push(bodies, contact, h, (summary, outer));
+        match lane {
+            Some((kind, k)) => totals.packs[kind].add(k, loss, overlap),
+            None => {
+                summary.overlap[0] += overlap;
+                totals.ledger.lose(&loss);
+            }
+        }
     }
 
     #[inline(always)]

@@ -45,10 +45,10 @@ pub(super) fn common_law<'a>(input: &StepInput<'a>) -> Option<&'a Law> {
     input.bodies.alike().filter(|_| input.theta == 1.0)
 }
 
-/// True for a contact of two grains.
+/// True for a contact of two grains where the law of most contacts has springs: its loss is added in lanes, whether it goes side by side or not.
 #[inline(always)]
 pub(super) fn is_plain(bodies: &Bodies, contact: &Contact) -> bool {
-    (contact.b as usize) < bodies.free
+    (contact.b as usize) < bodies.free && bodies.law.springs.is_some()
 }
 
 impl Stepper {
@@ -111,9 +111,11 @@ impl Stepper {
     ) {
         (pack.step.step, pack.step.theta) = (input.step, input.theta);
         let bonded = piece.contacts[pack.members[0]].bond != NO_BOND;
-        let Some(end) = widest!(pack.end(law, bonded, &mut totals.packs)) else {
-            for index in pack.members() {
-                self.update_contact((state, input), piece, *index, totals);
+        let kind = usize::from(bonded);
+        let Some(end) = widest!(pack.end(law, bonded, &mut totals.packs[kind])) else {
+            for (k, index) in pack.members().iter().enumerate() {
+                let lane = Some((kind, k));
+                self.update_contact((state, input), piece, (*index, lane), totals);
             }
             pack.count = 0;
             return;
@@ -194,11 +196,7 @@ impl Pack {
         ];
         sums.travel = sums.travel.zip(pressed(travel), larger);
         sums.load = sums.load.zip(end.load, larger);
-        let unforeseen = end.losses.unforeseen.map(f64::abs);
-        sums.losses = sums.losses.plus(&Loss {
-            unforeseen,
-            ..end.losses
-        });
+        sums.lose(end.losses);
         Some(end)
     }
 }

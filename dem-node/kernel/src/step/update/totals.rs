@@ -6,7 +6,7 @@ use crate::bodies::Bodies;
 use crate::contact::bond::{Bond, BondContact};
 use crate::contact::detect::Slot;
 use crate::contact::loss::Loss;
-use crate::law::lanes::Lanes;
+use crate::law::lanes::{Lanes, Real};
 use crate::solver::contact::Contact;
 use crate::solver::partition::Cut;
 use crate::solver::pieces::first_bond;
@@ -124,7 +124,8 @@ pub struct Totals {
     pub summary: StepSummary,
     pub ledger: GrainLedger,
     pub outer: OuterImpulses,
-    pub packs: PackSums,
+    /// Contacts of two grains, without and with a bond.
+    pub packs: [PackSums; 2],
 }
 
 /// Sums over packs, lane by lane.
@@ -141,6 +142,26 @@ pub struct PackSums {
 }
 
 impl PackSums {
+    /// Adds losses.
+    #[inline(always)]
+    pub fn lose(&mut self, losses: Loss<Doubles>) {
+        let unforeseen = losses.unforeseen.map(f64::abs);
+        self.losses = self.losses.plus(&Loss {
+            unforeseen,
+            ..losses
+        });
+    }
+
+    /// Adds loss and overlap (m) of one contact to a lane.
+    pub fn add(&mut self, k: usize, loss: Loss, overlap: f64) {
+        self.lose(loss.each(|x| {
+            let mut lanes = Doubles::default();
+            lanes.0[k] = x;
+            lanes
+        }));
+        self.overlap[0].0[k] += overlap;
+    }
+
     /// Adds the sums over the lanes.
     pub fn join(&self, totals: &mut Totals) {
         let largest = |lanes: Doubles| lanes.0.into_iter().fold(0.0, larger);
