@@ -200,9 +200,9 @@ pub fn turned<T: Real>(h: f64, [nx, ny]: [T; 2], distance: T, [x, y]: [T; 2]) ->
     T::of(0.5) * way * way / distance
 }
 
-/// Losses of a normal spring k (N/m) and of its parallel damper, where `damping` is above 0, under the impulse r_n: a spring driven implicitly from an elongation e_0 to e loses
-/// k (e - e_0)^2 / 2 to the scheme; a spring that closes in the step is also pushed over the open gap, k |e| g. The rest of the work is the damper's.
-/// `elongation` takes a gap: its negative part under pressure, its positive part in tension.
+/// Losses of a normal spring k (N/m) and its parallel damper, which is there where `damping` is above 0, under the impulse r_n: a spring driven
+/// implicitly from an elongation e_0 to e loses k (e - e_0)^2 / 2 to the scheme; a spring that closes in the step is also pushed over the open gap,
+/// k |e| g. The rest of the work is the damper's. `elongation` takes a gap: its negative part under pressure, its positive part in tension.
 #[inline(always)]
 pub fn spring_losses<T: Real>(
     k: T,

@@ -127,8 +127,8 @@ impl Group {
         }
     }
 
-    /// W in either direction, without springs, the impulse that each contact wants by its own law, and its velocity u. With W_nt = 0 the closed solution of
-    /// [`crate::law::LocalLaw`] is r_n = max(0, -b_n / D_n), r_t = -b_t / D_t within +-mu r_n, D the diagonal of W with its springs and
+    /// W in either direction, without springs, the impulse that each contact wants by its own law, and its velocity u. With W_nt = 0 the closed
+    /// solution of [`crate::law::LocalLaw`] is r_n = max(0, -b_n / D_n), r_t = -b_t / D_t within +-mu r_n, D the diagonal of W with its springs and
     /// b = u + bias - W r; a bond has the solution of [`crate::law::local::BondLaw::impulse`].
     #[inline(always)]
     fn wanted<const FRICTION: bool>(
