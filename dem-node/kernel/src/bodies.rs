@@ -147,13 +147,17 @@ impl Bodies {
         }
     }
 
+    /// True if all contacts have one law at any temperature.
+    pub fn has_one_law(&self) -> bool {
+        self.pairs.laws().is_empty() && !self.softens()
+    }
+
     /// The law of all contacts, if it is one law of springs between single grains, which no temperature changes: such contacts go side by side.
     pub fn alike(&self) -> Option<&Law> {
         let law = &self.law;
         let single = self.clusters.list.is_empty() && self.prescribed_velocity.is_none();
-        let one_law = self.pairs.laws().is_empty() && !self.softens();
         let simple = law.springs.is_some() && law.adhesion.is_none() && law.healing.is_none();
-        (single && one_law && simple).then_some(law)
+        (single && self.has_one_law() && simple).then_some(law)
     }
 
     /// True if contacts or bonds store energy.

@@ -53,7 +53,7 @@ struct GroupBonds {
     fall: GroupFall,
 }
 
-/// What decides whether the bonds of a group fall, see [`crate::contact::bond::BondContact::fall`].
+/// The numbers by which the bonds of a group fall, see [`crate::contact::bond::BondContact::fall`].
 #[derive(Clone, Copy, Debug, Default)]
 struct GroupFall {
     /// Adhesion at the start of the step.

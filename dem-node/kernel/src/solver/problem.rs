@@ -1,6 +1,6 @@
 //! The contact problem of one step: its contacts and bodies, the Delassus blocks, and the effect of impulses on velocities.
 
-use super::contact::{BodyRecord, Contact, NO_LEVERS};
+use super::contact::{BodyRecord, Contact};
 use super::partition::{Partition, Subdomain, for_each_subdomain, in_pieces};
 use super::pieces::{ByCandidate, WithBonds};
 use super::rolling::{self, Couple};
@@ -207,17 +207,6 @@ impl Problem {
     #[inline(always)]
     pub fn block(&self, contact: &Contact) -> DelassusBlock {
         let [nx, ny] = contact.normal;
-        let held = contact.glued || self.wheel == Some(contact.b as usize);
-        if contact.levers == NO_LEVERS && !held {
-            let squared = [nx * nx, ny * ny, contact.lever().powi(2)];
-            let [a, b] = [contact.a, contact.b].map(|body| {
-                let inverse = self.records[body as usize].inverse_mass;
-                let [x, y] = [squared[0] * inverse, squared[1] * inverse];
-                [x + y, y + x + 2.0 * inverse * squared[2]]
-            });
-            let [nn, tt] = [a[0] + b[0], a[1] + b[1]];
-            return DelassusBlock { nn, nt: 0.0, tt };
-        }
         let mut block = DelassusBlock::default();
         let levers = self.levers.get(contact.levers as usize);
         for (side, body) in [contact.a as usize, contact.b as usize]

@@ -44,8 +44,7 @@ impl Stepper {
         self.problem.frictions.clear();
         let frictions = bodies.pairs.laws().iter().map(|law| law.friction);
         self.problem.frictions.extend(frictions);
-        let one_law = bodies.pairs.laws().is_empty() && !bodies.softens();
-        let cohesion = bodies.law.cohesion.filter(|_| one_law);
+        let cohesion = bodies.law.cohesion.filter(|_| bodies.has_one_law());
         self.problem.cohesion = cohesion.map(|law| (law, input.step));
         self.problem.first_glued = bodies.free;
         self.problem.surface_points = bodies.surface.points.len();

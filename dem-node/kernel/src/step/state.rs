@@ -323,10 +323,7 @@ impl GrainState {
     /// Positions x (m) and normal forces (N) of the contacts that press on the wheel, with any face.
     pub fn on_wheel(&self, bodies: &Bodies) -> impl Iterator<Item = [f64; 2]> {
         let pressing = self.list.pressing();
-        // The disks of a face and the wheel come after all others.
-        let late = bodies.first_face() as u32;
-        let on_wheel =
-            pressing.filter(move |slot| slot.b >= late && bodies.is_wheel(slot.b as usize));
+        let on_wheel = pressing.filter(|slot| bodies.is_wheel(slot.b as usize));
         on_wheel.map(|slot| [self.centres[slot.a as usize][0], slot.force[0]])
     }
 

@@ -115,9 +115,7 @@ impl Pack {
         let bond = bond.map_or(NO_BOND, |(index, _)| index as u32);
         self.waiting.push(Waiting { slot, bond, lane });
     }
-}
 
-impl Pack {
     /// The contacts of all lanes, in a step h (s), under this law. Pairs whose gap is below `alert` (m) at the end of the step may touch.
     #[inline(always)]
     fn make(&self, law: &Law, springs: &Springs, h: f64, alert: f64) -> Made {
@@ -171,10 +169,8 @@ impl Pack {
         });
         let block = [a[0] + b[0], a[1] + b[1]];
         // Laws.
-        let kappa = [of_bond(|c| c.normal), of_bond(|c| c.tangential)].map(|c| {
-            let stiffness = self.area * c * self.adhesion * self.adhesion;
-            Doubles::of(h * h) * (stiffening * stiffness)
-        });
+        let bonds = of_bonds.map_or([zero; 2], |c| c.stiffness(self.area, self.adhesion));
+        let kappa = bonds.map(|stiffness| Doubles::of(h * h) * (stiffening * stiffness));
         let freed = one / (one + kappa[1] * block[1]);
         let tension = kappa[0] / (one + kappa[0] * block[0]);
         let tangential = either(freed * block[1], block[1] + c_t);
